@@ -29,7 +29,7 @@ class Rest {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kStill{200}, kRest{1000};
-  static constexpr double kShare = 0.04;
+  static constexpr double kShare = 0.03;
   void moved(Clock::time_point now) { moved_ = now; }
   bool moving(Clock::time_point now) const { return now - moved_ < kStill; }
   bool due(Clock::time_point now) const { return !moving(now) && now >= due_; }

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "display_loss.h"
 #include "glfw_surface.h"
+#include "layout.h"
 #include "pace.h"
 #include "thread_time.h"
 #include "window_class.h"
@@ -49,6 +50,7 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   surface_ = open_surface(*gpu_, window_);
   picture_ = std::make_unique<Picture>(*gpu_);
   painter_ = std::make_unique<InterfacePainter>(*gpu_);
+  thumbnails_ = std::make_unique<Thumbnails>(*gpu_->graphics());
   listen();
 
   IMGUI_CHECKVERSION();
@@ -97,8 +99,11 @@ void Window::scale_fonts() {
   glfwGetWindowSize(window_, &size, &unused);
   // If GLFW scales by itself, its units are already larger than pixels.
   const float units = size > 0 && framebuffer > 0 ? static_cast<float>(framebuffer) / static_cast<float>(size) : 1.0f;
+  int width = size, height = 1;
+  glfwGetWindowSize(window_, &width, &height);
   // Rounded to eighths: sizes are integers, so the ratio varies while the window is resized.
-  const float scale = std::clamp(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, 0.5f, 4.0f);
+  const float scale = panel_scale(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, static_cast<float>(width),
+                                  static_cast<float>(height), live_ ? 2 : 1);
   if (scale == font_scale_) return;
   font_scale_ = scale;
   ImGuiIO& io = ImGui::GetIO();
@@ -128,7 +133,7 @@ void Window::take_news(bool rest_due) {
     }
   }
   // Photographs are loaded when the user first asks for one.
-  if (chosen_.compare != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false))
+  if ((chosen_.compare != Compare::rendering || chosen_.cameras) && subject_ && std::exchange(photographs_wanted_, false))
     photographs_.load(dataset_, subject_->load);
 }
 
@@ -152,7 +157,15 @@ void Window::frame() {
     else
       tell(fmt::format("{}: {} photographs", dataset_, photographs_.count()));
     picture_->forget_photograph();
+    thumbnails_->clear();
     redraw_ = 3;
+  }
+  if (const auto path = dialog_.answer()) open(*path);
+  if (const std::string error = dialog_.take_error(); !error.empty()) complain(error);
+  if (navigation_.flying()) {
+    navigation_.advance(std::min(ImGui::GetIO().DeltaTime, 0.1f));
+    rest_.moved(Clock::now());
+    redraw_ = std::max(redraw_, 2);
   }
   handle_input();
   const bool rest_due = rest_.due(Clock::now());
@@ -232,7 +245,7 @@ void Window::wait_for_news() {
   // Photographs and trainings are polled: waking the window from their threads would use its X connection there.
   if (live_ || coarse_)
     glfwWaitEventsTimeout(0.02);
-  else if (photographs_.loading())
+  else if (photographs_.loading() || dialog_.is_open())
     glfwWaitEventsTimeout(0.1);
   else
     glfwWaitEvents();
@@ -240,9 +253,8 @@ void Window::wait_for_news() {
     // Requests the next model shortly before the next frame is due, not right after the last one.
     const std::chrono::duration<double, std::milli> a_step(100 + 1.2 * live_->state().ms_per_step);
     if (Clock::now() + a_step >= rest_.next()) live_->shown(0.0);
-    // Two frames, because the panels show the result of the first.
-    if (rest_.due(Clock::now())) redraw_ = std::max(redraw_, 2);
-  } else if (photographs_.loading() || (live_ && live_->take_news())) {
+    if (rest_.due(Clock::now())) redraw_ = std::max(redraw_, 1);
+  } else if (photographs_.loading() || dialog_.is_open() || (live_ && live_->take_news())) {
     redraw_ = std::max(redraw_, 1);
   }
   // The camera has come to rest.

@@ -1,5 +1,6 @@
 // Implementation of the window. window.cpp: main loop and surface. window_subject.cpp: models, datasets, trainings.
 // window_input.cpp: mouse and keys. window_panels.cpp: panels. window_picture.cpp: the image below the panels.
+// window_cameras.cpp: cameras and thumbnails.
 #pragma once
 
 #include <array>
@@ -15,6 +16,7 @@
 #include "beside.h"
 #include "command_line.h"
 #include "detail.h"
+#include "file_dialog.h"
 #include "gpu/graphics.h"
 #include "interface_painter.h"
 #include "kernel_renderer.h"
@@ -24,6 +26,7 @@
 #include "picture.h"
 #include "render/renderer.h"
 #include "subject.h"
+#include "thumbnails.h"
 
 struct GLFWwindow;
 
@@ -44,6 +47,7 @@ struct Choices {
   int up_axis = 0;                  // 0: as in the model; then +X -X +Y -Y +Z -Z
   bool smooth = true;               // on a CPU: lower the resolution for a higher frame rate, see wants_coarse()
   bool panel = true, help = false;  // visible panels
+  bool cameras = false;             // pyramids of the cameras, and thumbnails of the photographs
 };
 
 /// Initialises GLFW for its lifetime. Throws Error if there is no display.
@@ -100,6 +104,7 @@ class Window {
   void set_planes(Subject& subject);
   void snap(int step);
   void snap_to(std::size_t index);
+  void start_at(std::size_t index);
 
   // window_input.cpp: mouse and keys
   void listen();
@@ -107,6 +112,22 @@ class Window {
   void handle_mouse();
   void handle_input();
   bool animated() const;
+  void handle_clicks();
+  void ask_for(FileDialog::For what);
+
+  // window_cameras.cpp: cameras and photographs
+  /// The camera of the picture, with the window's size in its units.
+  scene::Camera viewing_camera() const;
+  void reset_view();
+  void go_to(std::size_t index);
+  void go_to_nearest_photograph();
+  /// at: in window units, as in the next functions.
+  void set_pivot(const glm::dvec2& at);
+  std::optional<std::size_t> camera_at(const glm::dvec2& at) const;
+  void show_cameras();
+  void draw_frustums();
+  void thumbnail_strip();
+  void thumbnail_of(std::size_t index, float height, bool marked);
 
   // window_panels.cpp: panels
   void panels();
@@ -152,6 +173,7 @@ class Window {
   std::unique_ptr<InterfacePainter> painter_;
   std::optional<Subject> subject_;
   std::optional<render::GpuModel> model_;
+  std::shared_ptr<const soup::Model> training_model_;  // the same, during a training
   KernelRenderer kernels_;  // holds the same model during a training, if the device is a CPU
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
@@ -170,6 +192,11 @@ class Window {
   bool shown_ = true;                  // the surface accepted the last frame
   bool sliding_ = false;               // the mouse drags the slider
   std::optional<std::size_t> camera_;  // last view selected
+  std::optional<std::size_t> start_camera_, nearest_;  // view in which the window began; last nearest to the picture
+  std::unique_ptr<Thumbnails> thumbnails_;
+  float view_right_ = 0;    // right edge of the view panel, window units
+  float strip_height_ = 0;  // of the thumbnails, window units
+  FileDialog dialog_;
   std::string message_, status_;
   bool raise_message_ = false;        // bring the message to the front
   bool told_ = false;                 // the error of the training has been shown
