@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "train/step/forward_pass.h"
 
@@ -18,6 +20,11 @@ void KernelRenderer::load(const soup::Model& model) {
   model_.emplace(*cpu_, model, scene::Normalisation{model.centre, model.scale});
 }
 
+void KernelRenderer::unload() {
+  model_.reset();
+  cpu_.reset();
+}
+
 Image KernelRenderer::draw(const render::View& view, const render::DrawOptions& options) {
   train::BatchView shown;
   shown.clip_from_world = view.clip_from_world;
@@ -31,7 +38,8 @@ Image KernelRenderer::draw(const render::View& view, const render::DrawOptions& 
   soup.drop_near = options.drop_behind;
   Image image{static_cast<int>(view.width), static_cast<int>(view.height), {}};
   train::for_each_batch(*cpu_, soup, buffers, std::span(&shown, 1), true, inputs, 1, [&](std::size_t, std::size_t) {
-    const std::vector<float> colour = cpu_->download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
+    const std::vector<float> colour =
+        cpu_->download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
     image.rgba.resize(colour.size() / 3 * 4, 255);
     for (std::size_t i = 0; i < colour.size(); ++i)
       image.rgba[i / 3 * 4 + i % 3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(colour[i], 0.0f, 1.0f)));

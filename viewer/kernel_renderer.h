@@ -18,6 +18,7 @@ class KernelRenderer {
   static bool draws(const render::DrawOptions& options);
 
   void load(const soup::Model& model);
+  void unload();
   bool loaded() const { return model_.has_value(); }
   /// Draws the loaded model; the same picture as that of render::Renderer, except for rounding. Throws Error if there is
   /// not enough memory.

@@ -103,7 +103,7 @@ void Window::scale_fonts() {
   glfwGetWindowSize(window_, &width, &height);
   // Rounded to eighths: sizes are integers, so the ratio varies while the window is resized.
   const float scale = panel_scale(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, static_cast<float>(width),
-                                  static_cast<float>(height), live_ ? 2 : 1);
+                                  static_cast<float>(height), live_ ? 2 : 1, strip_height_ > 0);
   if (scale == font_scale_) return;
   font_scale_ = scale;
   ImGuiIO& io = ImGui::GetIO();

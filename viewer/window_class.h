@@ -155,6 +155,8 @@ class Window {
   void draw_picture(const gpu::Image& to, Detail detail);
   /// Does the same, and shows errors of the device as messages. Returns false if nothing can be shown.
   bool try_to_draw(const gpu::Image& to, Detail detail);
+  /// Draws `next` by kernels if the device is a CPU, to have a picture while the driver compiles.
+  void preview(const Rendered& next);
   /// Creates the pipelines of the panels and, if not null, of `next`. The driver may compile them for many seconds.
   /// Shows the current image and a notice first.
   void compile(const gpu::Image& to, const Rendered* next);

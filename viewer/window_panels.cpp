@@ -86,7 +86,7 @@ void Window::view_panel() {
 void Window::model_section() {
   ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
   if (by_kernels_)
-    ImGui::Text("%.0f ms, drawn as in training", first_ms_);
+    ImGui::Text("%.0f ms by the kernels of the training", first_ms_);
   else
     ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
   const gpu::ImageShape& shape = picture_->shape();

@@ -77,7 +77,19 @@ bool Window::try_to_draw(const gpu::Image& to, Detail detail) {
   }
 }
 
+void Window::preview(const Rendered& next) {
+  if (gpu_->info().kind != gpu::Kind::cpu || !KernelRenderer::draws(next.options)) return;
+  try {
+    kernels_.load(subject_->model);
+    picture_->render(*model_, next, &kernels_);
+  } catch (const Error& e) {
+    complain(e.what());
+  }
+  kernels_.unload();
+}
+
 void Window::compile(const gpu::Image& to, const Rendered* next) {
+  if (next && !pictured_ && !kernels_.loaded()) preview(*next);
   const int before = painted_ ? 0 : 1;
   const auto name = [before](const char* what, int number, int of) {
     return fmt::format("{} ({} of {})", what, before + number, before + of);
