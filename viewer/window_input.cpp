@@ -139,9 +139,11 @@ void Window::handle_clicks() {
 void Window::handle_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const double radians = 0.008, pixels = std::max(1.0f, io.DisplaySize.y);
-  const bool left = ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0.0f);
-  const bool right = ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0.0f);
-  const bool middle = ImGui::IsMouseDragging(ImGuiMouseButton_Middle, 0.0f);
+  // In the frame in which a button goes down, the mouse may have moved before.
+  const auto drags = [](int button) { return ImGui::IsMouseDown(button) && !ImGui::IsMouseClicked(button); };
+  const bool left = drags(ImGuiMouseButton_Left);
+  const bool right = drags(ImGuiMouseButton_Right);
+  const bool middle = drags(ImGuiMouseButton_Middle);
   const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
   const bool on_line = chosen_.compare == Compare::slider && navigation_.snapped() &&
                        std::abs(io.MousePos.x - chosen_.split * io.DisplaySize.x) < 8 * font_scale_;

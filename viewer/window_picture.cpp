@@ -82,6 +82,7 @@ void Window::preview(const Rendered& next) {
   try {
     kernels_.load(subject_->model);
     picture_->render(*model_, next, &kernels_);
+    picture_->take_kernel_ms();  // the panel shows the time of the device
   } catch (const Error& e) {
     complain(e.what());
   }
