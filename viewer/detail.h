@@ -29,12 +29,20 @@ class Rest {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kStill{200}, kRest{1000};
+  static constexpr std::chrono::milliseconds kEarly{400};
   static constexpr double kShare = 0.03;
+  /// early: number of renderings that are due kEarly after the last one, because a training changes most at its start.
+  explicit Rest(int early = 0) : early_(early) {}
   void moved(Clock::time_point now) { moved_ = now; }
   bool moving(Clock::time_point now) const { return now - moved_ < kStill; }
   bool due(Clock::time_point now) const { return !moving(now) && now >= due_; }
   /// Call after a rendering at rest. took: CPU time divided by the number of cores.
   void take(Clock::time_point now, std::chrono::duration<double> took) {
+    if (early_ > 0) {
+      --early_;
+      due_ = now + kEarly;
+      return;
+    }
     due_ = now + std::max<Clock::duration>(kRest, std::chrono::duration_cast<Clock::duration>(took / kShare));
   }
   /// Time when the next one is due if the camera does not move.
@@ -42,6 +50,7 @@ class Rest {
 
  private:
   Clock::time_point moved_{}, due_{};
+  int early_;
 };
 
 }  // namespace trisoup::viewer

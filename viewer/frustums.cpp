@@ -46,8 +46,7 @@ std::vector<Line> frustum_lines(const scene::Camera& camera, double length, cons
   for (glm::dvec3& p : corners) p = glm::dvec3(viewer.world_to_camera * glm::dvec4(p, 1.0));
   const double near = kNearest * length;
   std::vector<Line> lines;
-  constexpr std::array<std::pair<int, int>, 8> kEdges{
-      {{0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 2}, {2, 3}, {3, 4}, {4, 1}}};
+  constexpr std::array<std::pair<int, int>, 8> kEdges{{{0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 2}, {2, 3}, {3, 4}, {4, 1}}};
   for (const auto& [i, j] : kEdges) {
     glm::dvec3 a = corners[i], b = corners[j];
     if (a.z < near && b.z < near) continue;

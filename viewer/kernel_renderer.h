@@ -20,8 +20,8 @@ class KernelRenderer {
   void load(const soup::Model& model);
   void unload();
   bool loaded() const { return model_.has_value(); }
-  /// Draws the loaded model; the same picture as that of render::Renderer, except for rounding. Throws Error if there is
-  /// not enough memory.
+  /// Draws the loaded model; the same picture as that of render::Renderer, except for rounding. Throws Error if there
+  /// is not enough memory.
   Image draw(const render::View& view, const render::DrawOptions& options);
 
  private:

@@ -25,7 +25,8 @@ inline float panel_scale(float display, float width, float height, int panels, b
 struct BesideHelp {
   bool view = true, training = true;
 };
-/// Hides panels that would be below the help. width: of the window. scale: panel_scale(). training: there is a training.
+/// Hides panels that would be below the help. width: of the window. scale: panel_scale(). training: there is a
+/// training.
 inline BesideHelp beside_help(float width, float scale, bool training) {
   const float panel = kPanelWidth * scale;
   return {width >= 2 * panel, training && width >= 3 * panel};

@@ -6,7 +6,7 @@ namespace trisoup::viewer {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kShare = 0.07;  // largest share of the training's time spent on the window
+constexpr double kShare = 0.05;  // largest share of the training's time spent on the window
 
 }  // namespace
 

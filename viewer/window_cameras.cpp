@@ -97,7 +97,11 @@ void Window::thumbnail_of(std::size_t index, float height, bool marked) {
     else
       redraw_ = std::max(redraw_, 2);
   }
-  list.AddRect(low, high, marked ? kMarked : camera.test ? kTest : kTraining, 0, 0, (marked ? 3.0f : 1.0f) * font_scale_);
+  list.AddRect(low, high,
+               marked        ? kMarked
+               : camera.test ? kTest
+                             : kTraining,
+               0, 0, (marked ? 3.0f : 1.0f) * font_scale_);
   ImGui::PopID();
 }
 

@@ -176,7 +176,7 @@ class Window {
   std::optional<Subject> subject_;
   std::optional<render::GpuModel> model_;
   std::shared_ptr<const soup::Model> training_model_;  // the same, during a training
-  KernelRenderer kernels_;  // holds the same model during a training, if the device is a CPU
+  KernelRenderer kernels_;                             // holds the same model during a training, if the device is a CPU
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
   std::uint64_t model_number_ = 0;  // version of model_
@@ -185,15 +185,15 @@ class Window {
   bool photographs_wanted_ = false;  // photographs of dataset_ are not loaded yet
   Choices chosen_;
 
-  std::optional<Rendered> wanted_;     // the last frame's rendering at full resolution
-  double sharp_ms_ = 0;                // time of the last rendering at full resolution
-  bool coarse_ = false;                // the last frame may have had a lower resolution
-  bool painted_ = false;               // the panels have been drawn once
-  bool pictured_ = false;              // a model has been drawn once
-  Rest rest_;                          // of the camera
-  bool shown_ = true;                  // the surface accepted the last frame
-  bool sliding_ = false;               // the mouse drags the slider
-  std::optional<std::size_t> camera_;  // last view selected
+  std::optional<Rendered> wanted_;                     // the last frame's rendering at full resolution
+  double sharp_ms_ = 0;                                // time of the last rendering at full resolution
+  bool coarse_ = false;                                // the last frame may have had a lower resolution
+  bool painted_ = false;                               // the panels have been drawn once
+  bool pictured_ = false;                              // a model has been drawn once
+  Rest rest_{3};                                       // of the camera
+  bool shown_ = true;                                  // the surface accepted the last frame
+  bool sliding_ = false;                               // the mouse drags the slider
+  std::optional<std::size_t> camera_;                  // last view selected
   std::optional<std::size_t> start_camera_, nearest_;  // view in which the window began; last nearest to the picture
   std::unique_ptr<Thumbnails> thumbnails_;
   float view_right_ = 0;    // right edge of the view panel, window units
@@ -207,7 +207,7 @@ class Window {
   bool ask_path_ = false, typed_ = false;
   std::vector<std::pair<int, int>> keys_;  // keys pressed since the last frame, with modifiers
   float font_scale_ = 0.0f;
-  int settling_ = 0;                   // frames of the panels that were laid out, but not drawn, before compiling
+  int settling_ = 0;                    // frames of the panels that were laid out, but not drawn, before compiling
   int redraw_ = 3;                      // frames still to draw; Dear ImGui needs a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
   bool by_kernels_ = false;             // kernels_ made it

@@ -43,8 +43,8 @@ void limit_height(float strip) {
 }  // namespace
 
 void Window::panels() {
-  const BesideHelp beside = chosen_.help ? beside_help(ImGui::GetIO().DisplaySize.x, font_scale_, live_ != nullptr)
-                                         : BesideHelp{};
+  const BesideHelp beside =
+      chosen_.help ? beside_help(ImGui::GetIO().DisplaySize.x, font_scale_, live_ != nullptr) : BesideHelp{};
   show_cameras();
   view_right_ = 0;
   if (chosen_.panel && beside.view) view_panel();

@@ -53,6 +53,17 @@ TEST_CASE("a moving camera is not drawn at rest, but soon after it stops", "[det
   CHECK(rest.due(now + Rest::kStill));
 }
 
+TEST_CASE("the first frames at rest follow each other quickly", "[detail]") {
+  Rest rest(2);
+  const Clock::time_point now = Clock::time_point{} + 1h;
+  for (int i = 0; i < 2; ++i) {
+    rest.take(now, 2s);
+    CHECK(rest.next() == now + Rest::kEarly);
+  }
+  rest.take(now, 2s);
+  CHECK(rest.next() > now + 30s);
+}
+
 TEST_CASE("frames at rest take at most their share of the CPU", "[detail]") {
   Rest rest;
   const Clock::time_point now = Clock::time_point{} + 1h;

@@ -65,9 +65,9 @@ TEST_CASE("a click selects the pyramid under it, of several the closest", "[frus
 
 TEST_CASE("the nearest photograph has a similar place and direction", "[frustums]") {
   const std::vector<soup::ModelCamera> cameras{
-      camera_at({0, -5, 0}, {0, -9, 0}),      // the same place, but looks away
-      camera_at({0.5, -5, 0.2}, {0, 0, 0}),   // similar
-      camera_at({2, -5, 0}, {2, 0, 0}),       // the same direction, farther away
+      camera_at({0, -5, 0}, {0, -9, 0}),     // the same place, but looks away
+      camera_at({0.5, -5, 0.2}, {0, 0, 0}),  // similar
+      camera_at({2, -5, 0}, {2, 0, 0}),      // the same direction, farther away
   };
   CHECK(nearest_camera(cameras, kViewer, 5) == 1u);
   CHECK(nearest_camera(cameras, cameras[0].camera, 5) == 0u);

@@ -42,8 +42,9 @@ TEST_CASE("a thumbnail is the mean of the pixels, with the photograph's shape", 
   Image image{6, 4, {}};
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 6; ++x)
-      image.rgba.insert(image.rgba.end(), {static_cast<std::uint8_t>(40 * x), static_cast<std::uint8_t>(y < 2 ? 10 : 30),
-                                           static_cast<std::uint8_t>(y % 2 == 0 ? 100 : 200), 0});
+      image.rgba.insert(image.rgba.end(),
+                        {static_cast<std::uint8_t>(40 * x), static_cast<std::uint8_t>(y < 2 ? 10 : 30),
+                         static_cast<std::uint8_t>(y % 2 == 0 ? 100 : 200), 0});
   const Image small = thumbnail(image, 2);
   REQUIRE(small.width == 3);
   REQUIRE(small.height == 2);
