@@ -48,7 +48,7 @@ TEST_CASE("a dialog gives the chosen path, whatever else the program prints", "[
   FileDialog none;
   none.open(FileDialog::For::model);
   CHECK(!none.is_open());
-  programs.add("zenity", "echo 'Gtk-Message: no module' >&2; echo '/a b/model.glb'");
+  programs.add("zenity", "echo '/a b/model.glb'; echo 'Gtk-Message: no module' >&2");
   REQUIRE(FileDialog::available());
   FileDialog dialog;
   dialog.open(FileDialog::For::model);
