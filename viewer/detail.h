@@ -30,7 +30,7 @@ class Rest {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kStill{200}, kRest{1000};
   static constexpr std::chrono::milliseconds kEarly{400};
-  static constexpr double kShare = 0.03;
+  static constexpr double kShare = 0.02;
   /// early: number of renderings that are due kEarly after the last one, because a training changes most at its start.
   explicit Rest(int early = 0) : early_(early) {}
   void moved(Clock::time_point now) { moved_ = now; }

@@ -1,7 +1,6 @@
 #include "kernel_renderer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,12 +15,14 @@ bool KernelRenderer::draws(const render::DrawOptions& options) {
 
 void KernelRenderer::load(const soup::Model& model) {
   if (!cpu_) cpu_ = gpu::open_device({.backend = "cpu"});
+  if (!buffers_) buffers_.emplace(*cpu_);
   model_.reset();
-  model_.emplace(*cpu_, model, scene::Normalisation{model.centre, model.scale});
+  model_.emplace(*cpu_, model, scene::Normalisation{model.centre, model.scale}, nullptr, &*buffers_);
 }
 
 void KernelRenderer::unload() {
   model_.reset();
+  buffers_.reset();
   cpu_.reset();
 }
 
@@ -41,8 +42,10 @@ Image KernelRenderer::draw(const render::View& view, const render::DrawOptions& 
     const std::vector<float> colour =
         cpu_->download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
     image.rgba.resize(colour.size() / 3 * 4, 255);
-    for (std::size_t i = 0; i < colour.size(); ++i)
-      image.rgba[i / 3 * 4 + i % 3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(colour[i], 0.0f, 1.0f)));
+    for (std::size_t pixel = 0; pixel < colour.size() / 3; ++pixel)
+      for (std::size_t c = 0; c < 3; ++c)
+        image.rgba[4 * pixel + c] =
+            static_cast<std::uint8_t>(255 * std::clamp(colour[3 * pixel + c], 0.0f, 1.0f) + 0.5f);
   });
   return image;
 }

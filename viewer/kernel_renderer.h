@@ -26,6 +26,7 @@ class KernelRenderer {
 
  private:
   std::unique_ptr<gpu::Device> cpu_;
+  std::optional<train::BatchBuffers> buffers_;  // stay from model to model
   std::optional<train::LoadedModel> model_;
 };
 
