@@ -24,21 +24,33 @@ inline std::uint32_t pixel_side(std::uint32_t width, std::uint32_t height, doubl
 }
 
 /// Tells when the camera rests and, while a training uses the CPU, when the next rendering of a resting camera is due:
-/// at most one per kRest, and at most a fifth of the time is spent on them.
+/// at most one per kRest, and at most kShare of the CPU's time is spent on them.
 class Rest {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kStill{200}, kRest{1000};
+  static constexpr std::chrono::milliseconds kEarly{400};
+  static constexpr double kShare = 0.02;
+  /// early: number of renderings that are due kEarly after the last one, because a training changes most at its start.
+  explicit Rest(int early = 0) : early_(early) {}
   void moved(Clock::time_point now) { moved_ = now; }
   bool moving(Clock::time_point now) const { return now - moved_ < kStill; }
   bool due(Clock::time_point now) const { return !moving(now) && now >= due_; }
-  /// Call after a rendering at rest. took: how long it took.
-  void take(Clock::time_point now, Clock::duration took) { due_ = now + std::max<Clock::duration>(kRest, 4 * took); }
+  /// Call after a rendering at rest. took: CPU time divided by the number of cores.
+  void take(Clock::time_point now, std::chrono::duration<double> took) {
+    if (early_ > 0) {
+      --early_;
+      due_ = now + kEarly;
+      return;
+    }
+    due_ = now + std::max<Clock::duration>(kRest, std::chrono::duration_cast<Clock::duration>(took / kShare));
+  }
   /// Time when the next one is due if the camera does not move.
   Clock::time_point next() const { return due_; }
 
  private:
   Clock::time_point moved_{}, due_{};
+  int early_;
 };
 
 }  // namespace trisoup::viewer

@@ -24,10 +24,10 @@ InterfacePainter::InterfacePainter(gpu::Device& gpu) : gpu_(gpu), graphics_(*gpu
 void InterfacePainter::load_fonts() {
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
-  ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
+  ImGui::GetIO().Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
   font_ = graphics_.create_image(
-      {gpu::Format::r8, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}, "font");
-  graphics_.upload(font_, 0, std::as_bytes(std::span(pixels, std::size_t(width) * height)));
+      {gpu::Format::rgba8, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}, "font");
+  graphics_.upload(font_, 0, std::as_bytes(std::span(pixels, std::size_t(width) * height * 4)));
 }
 
 void InterfacePainter::paint(const ImDrawData& data, const gpu::Image& target) {
@@ -61,7 +61,8 @@ void InterfacePainter::paint(const ImDrawData& data, const gpu::Image& target) {
       draw.vertex_vectors = 2;
       draw.first = static_cast<std::uint32_t>(indices.size());
       draw.count = command.ElemCount;
-      draw.textures = {&font_};
+      const auto* const texture = static_cast<const gpu::Image*>(command.GetTexID());
+      draw.textures = {texture ? texture : &font_};
       draw.scissor = gpu::Rectangle{static_cast<std::int32_t>(x0), static_cast<std::int32_t>(y0),
                                     static_cast<std::uint32_t>(x1) - static_cast<std::uint32_t>(x0),
                                     static_cast<std::uint32_t>(y1) - static_cast<std::uint32_t>(y0)};

@@ -15,7 +15,8 @@ class InterfacePainter {
 
   /// Creates the font texture from ImGui's atlas. Call again when the fonts change.
   void load_fonts();
-  /// Draws over the contents of `target` (rgba8 or a window's image).
+  /// Draws over the contents of `target` (rgba8 or a window's image). A texture of
+  /// ImGui is the address of a gpu::Image, rgba8, that exists until the call returns; null: the font.
   void paint(const ImDrawData& data, const gpu::Image& target);
 
  private:

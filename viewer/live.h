@@ -69,7 +69,7 @@ class Live {
 
   /// stop: becomes true when the program is to end.
   explicit Live(const std::atomic<bool>& stop, Window window = Window::yes)
-      : stop_(stop), window_{kInterval, 0.07, window == Window::yes}, page_{kPageInterval, 0.015, false} {}
+      : stop_(stop), window_{kInterval, 0.05, window == Window::yes}, page_{kPageInterval, 0.015, false} {}
 
   // Called by the training's thread.
   void begin(Setting setting);

@@ -1,5 +1,6 @@
 #include "picture.h"
 
+#include <chrono>
 #include <span>
 
 #include "args/interface.h"
@@ -38,12 +39,19 @@ void Picture::compile(const render::GpuModel& model, const Rendered& next, bool 
   gpu_.wait();
 }
 
-void Picture::render(const render::GpuModel& model, const Rendered& next) {
+void Picture::render(const render::GpuModel& model, const Rendered& next, KernelRenderer* kernels) {
   // The panels change more often than the rendering below them.
   if (rendered_ == next) return;
   rendered_.reset();
   gpu::fit(graphics_, rendering_, {gpu::Format::rgba8, next.view.width, next.view.height}, "rendering");
-  renderer_.draw(model, next.view, next.options, rendering_);
+  if (kernels) {
+    const auto start = std::chrono::steady_clock::now();
+    const Image image = kernels->draw(next.view, next.options);
+    graphics_.upload(rendering_, 0, std::as_bytes(std::span(image.rgba)));
+    kernel_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  } else {
+    renderer_.draw(model, next.view, next.options, rendering_);
+  }
   rendered_ = next;
 }
 

@@ -7,10 +7,12 @@
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "detail.h"
 #include "gpu/graphics.h"
 #include "image/image.h"
+#include "kernel_renderer.h"
 #include "render/renderer.h"
 
 namespace trisoup::viewer {
@@ -45,8 +47,10 @@ class Picture {
   /// Creates the pipelines for `next` by drawing it; the rendering is discarded. watch: as in Renderer::draw.
   void compile(const render::GpuModel& model, const Rendered& next, bool changes, const render::Renderer::Watch& watch);
 
-  /// Draws `next`, unless it is the current rendering.
-  void render(const render::GpuModel& model, const Rendered& next);
+  /// Draws `next`, unless it is the current rendering. kernels: draws it instead of the device, if not null.
+  void render(const render::GpuModel& model, const Rendered& next, KernelRenderer* kernels);
+  /// Milliseconds that the last rendering by kernels took since the last call; 0 if there was none.
+  double take_kernel_ms() { return std::exchange(kernel_ms_, 0.0); }
   /// Copies the rendering to `to`, enlarged if it is smaller, with the photograph if one is given. Without a rendering
   /// `to` becomes grey.
   void show(const gpu::Image& to, const std::optional<Comparison>& comparison);
@@ -66,6 +70,7 @@ class Picture {
   std::string photograph_name_;
   std::optional<Rendered> rendered_;  // what rendering_ holds
   std::set<Kind> pipelines_;
+  double kernel_ms_ = 0;
 };
 
 }  // namespace trisoup::viewer

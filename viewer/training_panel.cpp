@@ -16,8 +16,10 @@ void training_panel(Live& live, float scale) {
   const float width = 260 * scale;
   ImGui::Text("%s", state.ended ? "ended" : state.paused ? "paused" : state.phase.c_str());
   if (state.steps > 0) {
-    ImGui::ProgressBar(static_cast<float>(double(state.step) / double(state.steps)), {width, 0},
-                       fmt::format("step {} of {}", state.step, state.steps).c_str());
+    // Beside the bar: no colour of text is readable on both of its colours.
+    ImGui::Text("step %llu of %llu", static_cast<unsigned long long>(state.step),
+                static_cast<unsigned long long>(state.steps));
+    ImGui::ProgressBar(static_cast<float>(double(state.step) / double(state.steps)), {width, 6 * scale}, "");
     ImGui::Text("%u triangles, budget %u", state.triangles, state.budget);
     ImGui::Text("%.1f ms per step, %.0f s left", state.ms_per_step,
                 1e-3 * state.ms_per_step * double(state.steps - state.step));

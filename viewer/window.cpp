@@ -15,7 +15,9 @@
 #include "base/error.h"
 #include "display_loss.h"
 #include "glfw_surface.h"
+#include "layout.h"
 #include "pace.h"
+#include "thread_time.h"
 #include "window_class.h"
 
 namespace trisoup::viewer {
@@ -48,6 +50,7 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   surface_ = open_surface(*gpu_, window_);
   picture_ = std::make_unique<Picture>(*gpu_);
   painter_ = std::make_unique<InterfacePainter>(*gpu_);
+  thumbnails_ = std::make_unique<Thumbnails>(*gpu_->graphics());
   listen();
 
   IMGUI_CHECKVERSION();
@@ -96,8 +99,11 @@ void Window::scale_fonts() {
   glfwGetWindowSize(window_, &size, &unused);
   // If GLFW scales by itself, its units are already larger than pixels.
   const float units = size > 0 && framebuffer > 0 ? static_cast<float>(framebuffer) / static_cast<float>(size) : 1.0f;
+  int width = size, height = 1;
+  glfwGetWindowSize(window_, &width, &height);
   // Rounded to eighths: sizes are integers, so the ratio varies while the window is resized.
-  const float scale = std::clamp(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, 0.5f, 4.0f);
+  const float scale = panel_scale(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, static_cast<float>(width),
+                                  static_cast<float>(height), live_ ? 2 : 1, strip_height_ > 0);
   if (scale == font_scale_) return;
   font_scale_ = scale;
   ImGuiIO& io = ImGui::GetIO();
@@ -127,7 +133,8 @@ void Window::take_news(bool rest_due) {
     }
   }
   // Photographs are loaded when the user first asks for one.
-  if (chosen_.compare != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false))
+  if ((chosen_.compare != Compare::rendering || chosen_.cameras) && subject_ &&
+      std::exchange(photographs_wanted_, false))
     photographs_.load(dataset_, subject_->load);
 }
 
@@ -151,7 +158,15 @@ void Window::frame() {
     else
       tell(fmt::format("{}: {} photographs", dataset_, photographs_.count()));
     picture_->forget_photograph();
+    thumbnails_->clear();
     redraw_ = 3;
+  }
+  if (const auto path = dialog_.answer()) open(*path);
+  if (const std::string error = dialog_.take_error(); !error.empty()) complain(error);
+  if (navigation_.flying()) {
+    navigation_.advance(std::min(ImGui::GetIO().DeltaTime, 0.1f));
+    rest_.moved(Clock::now());
+    redraw_ = std::max(redraw_, 2);
   }
   handle_input();
   const bool rest_due = rest_.due(Clock::now());
@@ -169,8 +184,16 @@ void Window::frame() {
   const Detail detail = !coarse_ ? Detail::all : rested ? Detail::rest : Detail::motion;
   std::optional<Rendered> next;
   if (model_) next = picture_->with(detail, *wanted_, shares_cpu());
-  const bool compiles = next && picture_->is_new(*next, live_ != nullptr);
-  if (compiles || !painted_) announce_shaders();
+  const bool compiles = next && !kernels_for(*next) && picture_->is_new(*next, live_ != nullptr);
+  if (compiles || !painted_) {
+    // Dear ImGui needs two frames to find the sizes of its panels, and this one stays on the screen for a while.
+    if (settling_ < 2) {
+      ++settling_;
+      return ImGui::Render();
+    }
+    settling_ = 0;
+    announce_shaders();
+  }
   ImGui::Render();
   const gpu::Image* picture = surface_->next(columns, rows);
   shown_ = picture != nullptr;
@@ -181,7 +204,7 @@ void Window::frame() {
   if (compiles || !painted_) return compile(*picture, compiles ? &*next : nullptr);
   gpu_->reset_timings();
   gpu_->enable_timings(true);
-  const auto start = Clock::now();
+  const Spent start = spent();
   if (!try_to_draw(*picture, detail)) return;
   painter_->paint(*ImGui::GetDrawData(), *picture);
   shown_ = surface_->show();
@@ -189,19 +212,28 @@ void Window::frame() {
   redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 
+Window::Spent Window::spent() { return {Clock::now(), thread_seconds()}; }
+
 /// Records how long the frame that began at `start` took, for the panel, wants_coarse() and the training.
-void Window::take_timings(Detail detail, Clock::time_point start) {
+void Window::take_timings(Detail detail, const Spent& start) {
   double first = 0, shade = 0;
   for (const auto& [pass, t] : gpu_->timings()) {
     if (pass.starts_with("masked")) first += t.milliseconds;
     if (pass.starts_with("shade")) shade += t.milliseconds;
   }
   gpu_->enable_timings(false);
-  if (model_ && detail == Detail::rest) rest_.take(Clock::now(), Clock::now() - start);
+  const double kernels = picture_->take_kernel_ms();
+  // The threads of the kernels share the work evenly. Other renderings run in threads of the driver, at low priority.
+  constexpr double kLowPriority = 0.2;
+  const double took = kernels > 0 ? thread_seconds() - start.cpu + std::exchange(load_seconds_, 0.0)
+                                  : kLowPriority * std::chrono::duration<double>(Clock::now() - start.time).count();
+  if (model_ && detail == Detail::rest) rest_.take(Clock::now(), std::chrono::duration<double>(took));
+  first += kernels;
   // No time: the earlier rendering was reused.
   if (first + shade > 0) {
     first_ms_ = first;
     shade_ms_ = shade;
+    by_kernels_ = kernels > 0;
     if (!coarse_) sharp_ms_ = first + shade;
   }
   // A shared CPU limits the window by priority (give_way()); a shared GPU needs the drawing time to be reported.
@@ -214,7 +246,7 @@ void Window::wait_for_news() {
   // Photographs and trainings are polled: waking the window from their threads would use its X connection there.
   if (live_ || coarse_)
     glfwWaitEventsTimeout(0.02);
-  else if (photographs_.loading())
+  else if (photographs_.loading() || dialog_.is_open())
     glfwWaitEventsTimeout(0.1);
   else
     glfwWaitEvents();
@@ -222,9 +254,8 @@ void Window::wait_for_news() {
     // Requests the next model shortly before the next frame is due, not right after the last one.
     const std::chrono::duration<double, std::milli> a_step(100 + 1.2 * live_->state().ms_per_step);
     if (Clock::now() + a_step >= rest_.next()) live_->shown(0.0);
-    // Two frames, because the panels show the result of the first.
-    if (rest_.due(Clock::now())) redraw_ = std::max(redraw_, 2);
-  } else if (photographs_.loading() || (live_ && live_->take_news())) {
+    if (rest_.due(Clock::now())) redraw_ = std::max(redraw_, 1);
+  } else if (photographs_.loading() || dialog_.is_open() || (live_ && live_->take_news())) {
     redraw_ = std::max(redraw_, 1);
   }
   // The camera has come to rest.

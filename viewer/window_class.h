@@ -1,5 +1,6 @@
 // Implementation of the window. window.cpp: main loop and surface. window_subject.cpp: models, datasets, trainings.
 // window_input.cpp: mouse and keys. window_panels.cpp: panels. window_picture.cpp: the image below the panels.
+// window_cameras.cpp: cameras and thumbnails.
 #pragma once
 
 #include <array>
@@ -15,14 +16,17 @@
 #include "beside.h"
 #include "command_line.h"
 #include "detail.h"
+#include "file_dialog.h"
 #include "gpu/graphics.h"
 #include "interface_painter.h"
+#include "kernel_renderer.h"
 #include "live.h"
 #include "navigation.h"
 #include "photographs.h"
 #include "picture.h"
 #include "render/renderer.h"
 #include "subject.h"
+#include "thumbnails.h"
 
 struct GLFWwindow;
 
@@ -43,6 +47,7 @@ struct Choices {
   int up_axis = 0;                  // 0: as in the model; then +X -X +Y -Y +Z -Z
   bool smooth = true;               // on a CPU: lower the resolution for a higher frame rate, see wants_coarse()
   bool panel = true, help = false;  // visible panels
+  bool cameras = false;             // pyramids of the cameras, and thumbnails of the photographs
 };
 
 /// Initialises GLFW for its lifetime. Throws Error if there is no display.
@@ -70,7 +75,12 @@ class Window {
   void wait_for_news();
   void frame();
   void take_news(bool rest_due);
-  void take_timings(Detail detail, Clock::time_point start);
+  struct Spent {
+    Clock::time_point time;
+    double cpu = 0;  // seconds, of this thread
+  };
+  static Spent spent();
+  void take_timings(Detail detail, const Spent& start);
   bool ends() const;
   void set_title(const std::string& title);
   void scale_fonts();
@@ -94,6 +104,7 @@ class Window {
   void set_planes(Subject& subject);
   void snap(int step);
   void snap_to(std::size_t index);
+  void start_at(std::size_t index);
 
   // window_input.cpp: mouse and keys
   void listen();
@@ -101,6 +112,22 @@ class Window {
   void handle_mouse();
   void handle_input();
   bool animated() const;
+  void handle_clicks();
+  void ask_for(FileDialog::For what);
+
+  // window_cameras.cpp: cameras and photographs
+  /// The camera of the picture, with the window's size in its units.
+  scene::Camera viewing_camera() const;
+  void reset_view();
+  void go_to(std::size_t index);
+  void go_to_nearest_photograph();
+  /// at: in window units, as in the next functions.
+  void set_pivot(const glm::dvec2& at);
+  std::optional<std::size_t> camera_at(const glm::dvec2& at) const;
+  void show_cameras();
+  void draw_frustums();
+  void thumbnail_strip();
+  void thumbnail_of(std::size_t index, float height, bool marked);
 
   // window_panels.cpp: panels
   void panels();
@@ -119,6 +146,8 @@ class Window {
   /// True if shares_cpu() and only new models of the training need drawing.
   bool rests() const { return model_ && shares_cpu() && !photographs_.loading() && !rest_.moving(Clock::now()); }
   bool wants_coarse() const;
+  /// Draws this if not null, instead of the device.
+  KernelRenderer* kernels_for(const Rendered& next);
   /// Returns the rendering to show, at full resolution in pixels.
   Rendered wanted(std::uint32_t width, std::uint32_t height) const;
   std::optional<Comparison> comparison() const;
@@ -126,6 +155,8 @@ class Window {
   void draw_picture(const gpu::Image& to, Detail detail);
   /// Does the same, and shows errors of the device as messages. Returns false if nothing can be shown.
   bool try_to_draw(const gpu::Image& to, Detail detail);
+  /// Draws `next` by kernels if the device is a CPU, to have a picture while the driver compiles.
+  void preview(const Rendered& next);
   /// Creates the pipelines of the panels and, if not null, of `next`. The driver may compile them for many seconds.
   /// Shows the current image and a notice first.
   void compile(const gpu::Image& to, const Rendered* next);
@@ -144,6 +175,8 @@ class Window {
   std::unique_ptr<InterfacePainter> painter_;
   std::optional<Subject> subject_;
   std::optional<render::GpuModel> model_;
+  std::shared_ptr<const soup::Model> training_model_;  // the same, during a training
+  KernelRenderer kernels_;                             // holds the same model during a training, if the device is a CPU
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
   std::uint64_t model_number_ = 0;  // version of model_
@@ -152,15 +185,20 @@ class Window {
   bool photographs_wanted_ = false;  // photographs of dataset_ are not loaded yet
   Choices chosen_;
 
-  std::optional<Rendered> wanted_;     // the last frame's rendering at full resolution
-  double sharp_ms_ = 0;                // time of the last rendering at full resolution
-  bool coarse_ = false;                // the last frame may have had a lower resolution
-  bool painted_ = false;               // the panels have been drawn once
-  bool pictured_ = false;              // a model has been drawn once
-  Rest rest_;                          // of the camera
-  bool shown_ = true;                  // the surface accepted the last frame
-  bool sliding_ = false;               // the mouse drags the slider
-  std::optional<std::size_t> camera_;  // last view selected
+  std::optional<Rendered> wanted_;                     // the last frame's rendering at full resolution
+  double sharp_ms_ = 0;                                // time of the last rendering at full resolution
+  bool coarse_ = false;                                // the last frame may have had a lower resolution
+  bool painted_ = false;                               // the panels have been drawn once
+  bool pictured_ = false;                              // a model has been drawn once
+  Rest rest_{3};                                       // of the camera
+  bool shown_ = true;                                  // the surface accepted the last frame
+  bool sliding_ = false;                               // the mouse drags the slider
+  std::optional<std::size_t> camera_;                  // last view selected
+  std::optional<std::size_t> start_camera_, nearest_;  // view in which the window began; last nearest to the picture
+  std::unique_ptr<Thumbnails> thumbnails_;
+  float view_right_ = 0;    // right edge of the view panel, window units
+  float strip_height_ = 0;  // of the thumbnails, window units
+  FileDialog dialog_;
   std::string message_, status_;
   bool raise_message_ = false;        // bring the message to the front
   bool told_ = false;                 // the error of the training has been shown
@@ -169,9 +207,12 @@ class Window {
   bool ask_path_ = false, typed_ = false;
   std::vector<std::pair<int, int>> keys_;  // keys pressed since the last frame, with modifiers
   float font_scale_ = 0.0f;
+  int settling_ = 0;                    // frames of the panels that were laid out, but not drawn, before compiling
   int redraw_ = 3;                      // frames still to draw; Dear ImGui needs a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
+  bool by_kernels_ = false;             // kernels_ made it
   double upload_seconds_ = 0;           // of the training's last model
+  double load_seconds_ = 0;             // CPU time of this thread for the training's last models, until a rendering
   std::string title_ = "soup-view";
   Beside beside_;  // last member: its work uses the others
 };

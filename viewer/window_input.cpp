@@ -44,6 +44,7 @@ void Window::listen() {
 }
 
 bool Window::animated() const {
+  if (navigation_.flying()) return true;
   for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
     if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
   return false;
@@ -61,7 +62,7 @@ void Window::handle_key(int key, int modifiers) {
       navigation_.frame();
       break;
     case GLFW_KEY_R:
-      navigation_.reset();
+      reset_view();
       break;
     case GLFW_KEY_H:
       chosen_.help = !chosen_.help;
@@ -70,7 +71,13 @@ void Window::handle_key(int key, int modifiers) {
       chosen_.panel = !chosen_.panel;
       break;
     case GLFW_KEY_O:
-      ask_path_ = chosen_.panel = true;
+      ask_for(FileDialog::For::model);
+      break;
+    case GLFW_KEY_C:
+      chosen_.cameras = !chosen_.cameras;
+      break;
+    case GLFW_KEY_G:
+      go_to_nearest_photograph();
       break;
     case GLFW_KEY_P:
       take_screenshot();
@@ -110,12 +117,33 @@ void Window::handle_key(int key, int modifiers) {
   }
 }
 
+void Window::ask_for(FileDialog::For what) {
+  if (FileDialog::available())
+    dialog_.open(what);
+  else
+    ask_path_ = chosen_.panel = true;
+}
+
+void Window::handle_clicks() {
+  const ImGuiIO& io = ImGui::GetIO();
+  const glm::dvec2 at(io.MousePos.x, io.MousePos.y);
+  // The first click of a double click on a camera already moves the picture.
+  if (navigation_.flying()) return;
+  if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) return set_pivot(at);
+  const float dragged = ImGui::GetMouseDragDelta(ImGuiMouseButton_Left, 0.0f).x;
+  const float dragged_down = ImGui::GetMouseDragDelta(ImGuiMouseButton_Left, 0.0f).y;
+  if (!ImGui::IsMouseReleased(ImGuiMouseButton_Left) || std::hypot(dragged, dragged_down) > 3 * font_scale_) return;
+  if (const auto camera = camera_at(at)) go_to(*camera);
+}
+
 void Window::handle_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const double radians = 0.008, pixels = std::max(1.0f, io.DisplaySize.y);
-  const bool left = ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0.0f);
-  const bool right = ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0.0f);
-  const bool middle = ImGui::IsMouseDragging(ImGuiMouseButton_Middle, 0.0f);
+  // In the frame in which a button goes down, the mouse may have moved before.
+  const auto drags = [](int button) { return ImGui::IsMouseDown(button) && !ImGui::IsMouseClicked(button); };
+  const bool left = drags(ImGuiMouseButton_Left);
+  const bool right = drags(ImGuiMouseButton_Right);
+  const bool middle = drags(ImGuiMouseButton_Middle);
   const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
   const bool on_line = chosen_.compare == Compare::slider && navigation_.snapped() &&
                        std::abs(io.MousePos.x - chosen_.split * io.DisplaySize.x) < 8 * font_scale_;
@@ -140,7 +168,10 @@ void Window::handle_mouse() {
 
 void Window::handle_input() {
   const ImGuiIO& io = ImGui::GetIO();
-  if (!io.WantCaptureMouse && model_) handle_mouse();
+  if (!io.WantCaptureMouse && model_) {
+    handle_mouse();
+    handle_clicks();
+  }
   for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
   if (io.WantTextInput) return;
   const auto down = [&](int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; };

@@ -8,6 +8,7 @@
 #include <imgui.h>
 #include <imgui_internal.h>
 
+#include "layout.h"
 #include "training_panel.h"
 #include "window_class.h"
 
@@ -33,18 +34,28 @@ bool choose(const char* label, const std::array<const char*, n>& names, Choice& 
 
 ImVec2 part_of_window(float x, float y) { return {ImGui::GetIO().DisplaySize.x * x, ImGui::GetIO().DisplaySize.y * y}; }
 
+/// Makes the next panel scroll instead of reaching beyond the window or over the thumbnails.
+void limit_height(float strip) {
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {std::max(50.0f, screen.x - 20), std::max(50.0f, screen.y - 20 - strip)});
+}
+
 }  // namespace
 
 void Window::panels() {
-  if (chosen_.panel) view_panel();
+  const BesideHelp beside =
+      chosen_.help ? beside_help(ImGui::GetIO().DisplaySize.x, font_scale_, live_ != nullptr) : BesideHelp{};
+  show_cameras();
+  view_right_ = 0;
+  if (chosen_.panel && beside.view) view_panel();
   if (chosen_.help) help_panel();
   if (!message_.empty()) message_panel();
-  if (live_ && chosen_.panel) training_panel(*live_, font_scale_);
+  if (live_ && chosen_.panel && beside.training) training_panel(*live_, font_scale_);
 }
 
 void Window::view_panel() {
   ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize({280 * font_scale_, 0}, ImGuiCond_FirstUseEver);
+  limit_height(strip_height_);
   ImGui::Begin("View", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
   if (model_) {
     model_section();
@@ -54,7 +65,7 @@ void Window::view_panel() {
     lens_section();
     if (ImGui::Button("Frame (F)")) navigation_.frame();
     ImGui::SameLine();
-    if (ImGui::Button("Reset (R)")) navigation_.reset();
+    if (ImGui::Button("Reset (R)")) reset_view();
     ImGui::SameLine();
     if (ImGui::Button("Picture (P)")) take_screenshot();
     ImGui::SameLine();
@@ -65,19 +76,30 @@ void Window::view_panel() {
     ImGui::TextUnformatted("Drop a model.glb, or a folder with one, on this window.");
   }
   path_section();
-  if (!status_.empty()) ImGui::TextWrapped("%s", status_.c_str());
+  ImGui::PushTextWrapPos(300 * font_scale_);
+  if (!status_.empty()) ImGui::TextUnformatted(status_.c_str());
+  ImGui::PopTextWrapPos();
+  view_right_ = ImGui::GetWindowPos().x + ImGui::GetWindowWidth();
   ImGui::End();
 }
 
 void Window::model_section() {
   ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
-  ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-  if (coarse_) ImGui::Text("reduced to %u x %u pixels", picture_->shape().width, picture_->shape().height);
+  if (by_kernels_)
+    ImGui::Text("%.0f ms by the kernels of the training", first_ms_);
+  else
+    ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
+  const gpu::ImageShape& shape = picture_->shape();
+  if (wanted_ && shape.width > 0 && shape.width < wanted_->view.width)
+    ImGui::Text("reduced to %u x %u pixels", shape.width, shape.height);
   ImGui::Separator();
   choose("Show", kModeLabels, chosen_.draw.mode);
   if (chosen_.draw.mode == render::Mode::channel) choose("Channel", kChannelLabels, chosen_.draw.channel);
   choose("Anti-aliasing", kAaLabels, chosen_.draw.aa);
-  if (gpu_->info().kind == gpu::Kind::cpu) ImGui::Checkbox("Fast in motion (V)", &chosen_.smooth);
+  if (gpu_->info().kind == gpu::Kind::cpu) {
+    ImGui::Checkbox("Fast in motion (V)", &chosen_.smooth);
+    ImGui::SameLine();
+  }
   ImGui::ColorEdit3("Background", &chosen_.draw.background.x, ImGuiColorEditFlags_NoInputs);
 }
 
@@ -91,6 +113,9 @@ void Window::camera_section() {
     }
     ImGui::EndCombo();
   }
+  ImGui::Checkbox("Show all (C)", &chosen_.cameras);
+  ImGui::SameLine();
+  if (ImGui::Button("Nearest photograph (G)")) go_to_nearest_photograph();
   choose("Compare", kCompareLabels, chosen_.compare);
   if (chosen_.compare == Compare::slider) ImGui::SliderFloat("Slider", &chosen_.split, 0.0f, 1.0f, "%.2f");
   if (chosen_.compare == Compare::rendering) return;
@@ -127,6 +152,11 @@ void Window::path_section() {
   if (ask_path_) ImGui::SetKeyboardFocusHere();
   ask_path_ = false;
   ImGui::InputTextWithHint("Open (O)", "model or dataset", path_.data(), path_.size());
+  if (FileDialog::available()) {
+    if (ImGui::Button("Model...")) dialog_.open(FileDialog::For::model);
+    ImGui::SameLine();
+    if (ImGui::Button("Dataset...")) dialog_.open(FileDialog::For::dataset);
+  }
   if (std::exchange(typed_, false) && path_[0] != '\0') {
     dropped_ = {path_.data()};
     path_.fill('\0');
@@ -136,24 +166,36 @@ void Window::path_section() {
 }
 
 void Window::help_panel() {
-  ImGui::SetNextWindowPos(part_of_window(0.5f, 0.5f), ImGuiCond_Appearing, {0.5f, 0.5f});
-  ImGui::Begin("Help", &chosen_.help, ImGuiWindowFlags_AlwaysAutoResize);
+  // Beside the panel, or in its place.
+  ImGui::SetNextWindowPos({view_right_ + 10, 10});
+  limit_height(strip_height_);
+  ImGui::Begin("Help", &chosen_.help,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::TextUnformatted(
-      "Left drag         orbit            Shift or right drag   pan\n"
-      "Ctrl drag         look around      Wheel                 zoom\n"
-      "W A S D, Q E      fly; Shift: faster\n"
-      "F                 frame the soup   R                     reset the camera\n"
-      "1 2 3 4           colour, triangles, normals, depth\n"
-      "5 6 7 8           opacity, texture level, wireframe, feature channel\n"
-      "[ ]               previous, next camera\n"
-      "Space             rendering, photograph, slider (drag the line), error\n"
-      "X                 anti-aliasing: none, msaa, ssaa\n"
-      "V                 on a CPU: lower resolution in motion and while training, on or off\n"
-      "P                 save a picture\n"
-      "O                 open a path      Tab                   hide or show the panels\n"
-      "T, N              training: pause or continue, one step\n"
-      "H                 this help        Escape                close messages\n"
-      "Ctrl+Q            close the window");
+      "Left drag      orbit\n"
+      "Shift drag     pan (or right drag)\n"
+      "Ctrl drag      look around\n"
+      "Wheel          zoom\n"
+      "Double click   orbit this point\n"
+      "W A S D, Q E   fly; Shift: faster\n"
+      "F, R           frame the soup, first view\n"
+      "1 2 3 4        colour, triangles, normals,\n"
+      "               depth\n"
+      "5 6 7 8        opacity, texture level,\n"
+      "               wireframe, feature channel\n"
+      "[ ]            previous, next camera\n"
+      "C              show cameras; click: go there\n"
+      "G              nearest photograph\n"
+      "Space          rendering, photograph, slider\n"
+      "               (drag the line), error\n"
+      "X              anti-aliasing\n"
+      "V              on a CPU: fewer pixels in motion\n"
+      "P              save a picture\n"
+      "O              open a model or dataset\n"
+      "Tab            hide or show the panels\n"
+      "T, N           training: pause, one step\n"
+      "H, Escape      this help, close messages\n"
+      "Ctrl+Q         close the window");
   ImGui::End();
 }
 

@@ -21,6 +21,10 @@ bool Window::wants_coarse() const {
   return shares_cpu() || (sharp_ms_ > kSmoothMs && rest_.moving(Clock::now()));
 }
 
+KernelRenderer* Window::kernels_for(const Rendered& next) {
+  return kernels_.loaded() && KernelRenderer::draws(next.options) ? &kernels_ : nullptr;
+}
+
 Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
   // Views of the dataset are drawn as in the evaluation.
@@ -44,7 +48,10 @@ std::optional<Comparison> Window::comparison() const {
 
 void Window::draw_picture(const gpu::Image& to, Detail detail) {
   const auto [width, height] = std::pair(to.shape().width, to.shape().height);
-  if (model_) picture_->render(*model_, picture_->with(detail, wanted(width, height), shares_cpu()));
+  if (model_) {
+    const Rendered next = picture_->with(detail, wanted(width, height), shares_cpu());
+    picture_->render(*model_, next, kernels_for(next));
+  }
   picture_->show(to, comparison());
 }
 
@@ -70,7 +77,20 @@ bool Window::try_to_draw(const gpu::Image& to, Detail detail) {
   }
 }
 
+void Window::preview(const Rendered& next) {
+  if (gpu_->info().kind != gpu::Kind::cpu || !KernelRenderer::draws(next.options)) return;
+  try {
+    kernels_.load(subject_->model);
+    picture_->render(*model_, next, &kernels_);
+    picture_->take_kernel_ms();  // the panel shows the time of the device
+  } catch (const Error& e) {
+    complain(e.what());
+  }
+  kernels_.unload();
+}
+
 void Window::compile(const gpu::Image& to, const Rendered* next) {
+  if (next && !pictured_ && !kernels_.loaded()) preview(*next);
   const int before = painted_ ? 0 : 1;
   const auto name = [before](const char* what, int number, int of) {
     return fmt::format("{} ({} of {})", what, before + number, before + of);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "thread_time.h"
 #include "window_class.h"
 
 namespace trisoup::viewer {
@@ -39,12 +40,13 @@ void Window::open_model(const std::string& path) {
   ++model_number_;
   subject_ = std::move(subject);
   camera_.reset();
+  training_model_.reset();
   picture_->forget_photograph();
   chosen_.draw.background = options_.background.value_or(subject_->model.background);
   chosen_.up_axis = 0;
   set_home();
   // Starts with the first test view: its up direction and framing are the photographer's.
-  if (!subject_->cameras.empty() && !options_.fov) snap_to(camera);
+  if (!subject_->cameras.empty() && !options_.fov) start_at(camera);
   tell(fmt::format("{}: {} triangles", path, model_->triangles));
   set_title(fmt::format("soup-view - {}", path));
 }
@@ -52,6 +54,7 @@ void Window::open_model(const std::string& path) {
 void Window::set_home() {
   if (options_.fov) subject_->framing.fov = *options_.fov * kDegrees;
   navigation_.set_home(subject_->framing);
+  start_camera_.reset();
 }
 
 void Window::set_planes(Subject& subject) {
@@ -69,10 +72,14 @@ void Window::show_training() {
   if (auto setting = live_->take_setting()) setting_ = std::move(setting);
   const std::shared_ptr<const soup::Model> model = live_->take_model();
   if (!model || !setting_) return;
-  const auto start = Clock::now();
+  const Spent start = spent();
   model_ = render::upload_model(*gpu_, *model, render::MlpUse::read);
-  upload_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+  // A driver for the CPU compiles shaders for many seconds beside a training.
+  if (gpu_->info().kind == gpu::Kind::cpu) kernels_.load(*model);
+  upload_seconds_ = std::chrono::duration<double>(Clock::now() - start.time).count();
+  load_seconds_ += thread_seconds() - start.cpu;
   ++model_number_;
+  training_model_ = model;
   if (subject_) return;
   // The first model of the training; later only the triangles change.
   Subject s;
@@ -88,7 +95,7 @@ void Window::show_training() {
   subject_ = std::move(s);
   chosen_.draw.background = options_.background.value_or(subject_->model.background);
   set_home();
-  if (!subject_->cameras.empty()) snap_to(0);
+  if (!subject_->cameras.empty()) start_at(0);
   if (!setting_->dataset.empty()) open_dataset(setting_->dataset);
 }
 
@@ -99,7 +106,7 @@ void Window::open_dataset(const std::string& path) {
   if (subject_->cameras.empty()) {
     take_cameras(*subject_, path);
     set_home();
-    if (!subject_->cameras.empty() && !options_.fov) snap_to(0);
+    if (!subject_->cameras.empty() && !options_.fov) start_at(0);
   } else if (!live_) {
     check_dataset(*subject_, path);  // reports errors now, not when a photograph is first wanted
   }
@@ -110,6 +117,11 @@ void Window::open_dataset(const std::string& path) {
 void Window::snap_to(std::size_t index) {
   camera_ = index;
   navigation_.snap(subject_->cameras[index].camera);
+}
+
+void Window::start_at(std::size_t index) {
+  camera_ = start_camera_ = index;
+  navigation_.start_at(subject_->cameras[index].camera);
 }
 
 void Window::snap(int step) {

@@ -7,6 +7,7 @@
 #include "render/cameras.h"
 #include "render/renderer.h"
 #include "train/quality/evaluate_renderer.h"
+#include "viewer/kernel_renderer.h"
 
 using namespace trisoup;
 
@@ -43,6 +44,40 @@ TEST_CASE("the renderer matches inference by the kernels", "[renderer][each_driv
     CHECK(a.psnr > 60);
   }
   test::require_silence(*gpu);
+}
+
+TEST_CASE("the window's pictures by kernels are those of the renderer", "[renderer]") {
+  auto gpu = test::open_device();
+  soup::Model model = random_model(*gpu, 40);
+  // A model is shown in normalised coordinates, and a training replaces it.
+  model.centre = {0.1, 0.0, 0.05};
+  model.scale = 0.9;
+  viewer::KernelRenderer kernels;
+  kernels.load(random_model(*gpu, 12));
+  kernels.load(model);
+  render::Renderer renderer(*gpu);
+  const render::GpuModel drawn = render::upload_model(*gpu, model);
+  render::DrawOptions options;
+  options.background = {0.25f, 0.5f, 0.75f};
+  for (const auto& [width, height] : {std::pair(200, 144), {90, 61}}) {
+    const render::View view = render::view_of(view_at(0.3, width, height).camera, 0.025, 2.5);
+    const Image ours = kernels.draw(view, options), other = renderer.picture(drawn, view, options);
+    REQUIRE(ours.width == width);
+    REQUIRE(ours.height == height);
+    REQUIRE(ours.rgba.size() == other.rgba.size());
+    std::size_t differ = 0, soup = 0;
+    for (std::size_t i = 0; i < ours.rgba.size(); i += 4) {
+      int most = 0;
+      for (std::size_t c = 0; c < 4; ++c) most = std::max(most, std::abs(ours.rgba[i + c] - other.rgba[i + c]));
+      differ += most > 1;
+      soup += ours.rgba[i] != 64;
+    }
+    CHECK(differ <= train::max_ties(ours.rgba.size() / 4));
+    CHECK(soup > ours.rgba.size() / 40);
+  }
+  CHECK(viewer::KernelRenderer::draws({}));
+  CHECK(!viewer::KernelRenderer::draws({.mode = render::Mode::depth}));
+  CHECK(!viewer::KernelRenderer::draws({.aa = render::AntiAliasing::ssaa}));
 }
 
 TEST_CASE("opaque, masked and invisible triangles are distinguished", "[renderer]") {
