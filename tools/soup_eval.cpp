@@ -13,15 +13,18 @@
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "base/read_file.h"
 #include "cli/option_names.h"
 #include "cli/output_text.h"
 #include "cli/parse_errors.h"
 #include "format/model_file.h"
+#include "format/plain_colours.h"
 #include "run/dataset_match.h"
 #include "run/renders.h"
 #include "scene/hold_out.h"
 #include "scene/scene.h"
 #include "train/quality/aligned_views.h"
+#include "train/quality/baked_colours.h"
 #include "train/quality/evaluate.h"
 #include "train/quality/evaluate_renderer.h"
 
@@ -205,6 +208,10 @@ void evaluate(Options& o) {
           : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr, witnesses);
   if (pictures) pictures->finish();
   nlohmann::json json = to_json(evaluation);
+  if (auto baked = soup::read_plain_colours(bytes_of(read_file(o.model_path)), o.model_path)) {
+    baked->drop_near = file.model.drop_near;
+    train::add_baked(json, train::baked_psnr(*device, *baked, scene.test, near_now, far_now));
+  }
   if (o.align) {
     const train::ImageMetrics mean =
         train::evaluate_aligned(*device, file.model, scene, near_now, far_now).evaluation.mean;

@@ -22,9 +22,12 @@
 #include "format/collider.h"
 #include "format/glb.h"
 #include "format/model_file.h"
+#include "format/plain_colours.h"
 #include "format/published.h"
 #include "image/image_file.h"
 #include "render/renderer.h"
+#include "run/model_options.h"
+#include "train/quality/baked_colours.h"
 #include "viewer/navigation.h"
 #include "viewer/subject.h"
 #include "web_page.h"
@@ -80,20 +83,43 @@ void write_text(const fs::path& path, std::string_view text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
-/// Returns the model's file, without the data for other viewers (baked colours and mesh) unless --plain-colours is
-/// given.
-std::string model_bytes(const CommandLine& options, const std::string& path) {
-  if (options.plain_colours) return read_file(path);
-  const soup::ModelFile file = soup::read_model(path);
+/// Options that write a model as it was read.
+soup::ModelFileOptions options_of(const soup::ModelFile& file) {
   soup::ModelFileOptions about;
   about.up = file.up;
   about.texture_steps = file.texture_steps;
   about.settings = file.settings;
   about.cameras = file.cameras;
+  return about;
+}
+
+std::string encoded(const soup::Model& model, const soup::ModelFileOptions& about) {
+  const std::vector<std::byte> bytes = soup::encode_model(model, about);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// Returns the model's file with data for other viewers (baked colours and mesh). A file without them gets colours.
+std::string with_plain_colours(const CommandLine& options, const viewer::Subject& subject) {
+  std::string bytes = read_file(subject.path);
+  if (soup::has_plain_colours(bytes_of(bytes), subject.path)) return bytes;
+  soup::ModelFileOptions about = options_of(soup::read_model(subject.path));
+  about.colour_palette = about.texture_steps != soup::kExactTextures;
+  if (!about.up) about.shown_up = train::mean_up(about.cameras);
+  gpu::DeviceOptions device = options.device;
+  device.draws = false;
+  about.baked =
+      train::fitted_colours(*gpu::open_device(device), subject.model, about.cameras, subject.near, subject.far);
+  return encoded(subject.model, about);
+}
+
+/// Returns the model's file, without the data for other viewers unless --plain-colours is given.
+std::string model_bytes(const CommandLine& options, const viewer::Subject& subject) {
+  if (options.plain_colours) return with_plain_colours(options, subject);
+  const soup::ModelFile file = soup::read_model(subject.path);
+  soup::ModelFileOptions about = options_of(file);
   about.plain_colours = false;
   about.vertex_share = options.vertex_share.value_or(kVertexShare);
-  const std::vector<std::byte> bytes = soup::encode_model(file.model, about);
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  return encoded(file.model, about);
 }
 
 void export_folder(const CommandLine& options, const viewer::Subject& subject) {
@@ -108,7 +134,7 @@ void export_folder(const CommandLine& options, const viewer::Subject& subject) {
   check_free(written, options.overwrite);
   const std::map<std::string, std::string> files =
       web::page_files(options.page, options.no_poster ? "" : poster(subject, options));
-  const std::string bytes = in_place ? read_file(subject.path) : model_bytes(options, subject.path);
+  const std::string bytes = in_place ? read_file(subject.path) : model_bytes(options, subject);
   fs::create_directories(folder, error);
   if (error) throw Error("{}: cannot be created ({}); choose another folder", folder.string(), error.message());
   if (!in_place) write_text(model, bytes);
@@ -130,7 +156,7 @@ void export_file(const CommandLine& options, const viewer::Subject& subject) {
     throw Error("-o {}: --single-file writes a page; give a name that ends with .html", printable(options.output));
   check_free({file}, options.overwrite);
   const std::string picture = options.no_poster ? "" : poster(subject, options);
-  const std::string text = web::single_page(options.page, model_bytes(options, subject.path), picture);
+  const std::string text = web::single_page(options.page, model_bytes(options, subject), picture);
   write_text(file, text);
   std::printf("%s: %.1f MB; opens in any browser\n", file.c_str(), 1e-6 * static_cast<double>(text.size()));
 }
@@ -172,7 +198,7 @@ void import_published(const CommandLine& options) {
 /// Writes a model for viewers that support its extension.
 void export_model(const CommandLine& options, const viewer::Subject& subject) {
   const fs::path file = new_glb(options, subject.path, "a model");
-  const std::string bytes = model_bytes(options, subject.path);
+  const std::string bytes = model_bytes(options, subject);
   write_text(file, bytes);
   std::printf("%s: %zu triangles, %.1f MB\n", file.c_str(), subject.model.triangles(),
               1e-6 * static_cast<double>(bytes.size()));
@@ -198,7 +224,8 @@ void add_format_options(CLI::App& app, CommandLine& c) {
       ->option_text("TEXT");  // instead of the whole map
   auto* plain =
       app.add_flag("--plain-colours", c.plain_colours,
-                   "copy the model unchanged, with colours and mesh for other viewers: about twice the bytes");
+                   "keep the model unchanged, with colours and mesh for other viewers: about twice the bytes.\n"
+                   "A model without them gets them");
   app.add_option(
          "--vertex-share", c.vertex_share,
          "spacing of the grid to which vertices are rounded, pixels of the photograph that shows them closest;\n"
@@ -235,7 +262,8 @@ void add_page_options(CLI::App& app, CommandLine& c, CLI::Option* single_file) {
       ->excludes(single_file);
   app.add_flag("--no-poster", c.no_poster, "write no poster; then no GPU or Vulkan driver is needed");
   app.add_option("--device", c.device.device,
-                 "device that draws the poster: number printed by soup-view --list-devices, or part of the name");
+                 "device that draws the poster and bakes colours: number printed by soup-view --list-devices, or part "
+                 "of the name");
 }
 
 /// Returns nullopt if the program is to exit with `exit_code`.

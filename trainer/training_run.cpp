@@ -16,6 +16,7 @@
 #include "base/read_file.h"
 #include "cli/option_names.h"
 #include "format/model_bytes.h"
+#include "format/plain_colours.h"
 #include "gpu/out_of_memory.h"
 #include "prepare.h"
 #include "ranks/launched.h"
@@ -25,6 +26,7 @@
 #include "run/memory_need.h"
 #include "run/model_options.h"
 #include "scene/hold_out.h"
+#include "train/quality/baked_colours.h"
 #include "train/quality/evaluate.h"
 #include "train/start/initial_triangles.h"
 
@@ -255,9 +257,8 @@ void TrainingRun::begin() {
   join_ranks();
   file_options_ = train::model_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(
-      *device_, *trainer_, scene_, folder_, o_.output,
-      [this](const soup::Model& model) { return soup::encode_model(model, file_options_); }, ranks_,
-      rounds_so_far(begun_, settings_.steps, checkpoint()));
+      *device_, *trainer_, scene_, folder_, o_.output, [this](const soup::Model& model) { return encode(model); },
+      ranks_, rounds_so_far(begun_, settings_.steps, checkpoint()));
 }
 
 void TrainingRun::join_ranks() {
@@ -455,12 +456,22 @@ void TrainingRun::finish() {
   if (failures_.any()) throw Incomplete{failures_.lines()};
 }
 
+/// The bytes of the model's file. Colours for other viewers need the device; without it they are coarser.
+std::vector<std::byte> TrainingRun::encode(const soup::Model& model) {
+  soup::ModelFileOptions options = file_options_;
+  failures_.attempt([&] {
+    options.baked = train::fitted_colours(*device_, model, options.cameras, settings_.test_near, settings_.far);
+  });
+  return soup::encode_model(model, options);
+}
+
 soup::Model TrainingRun::save_model() {
   const auto scope = times_->measure(train::Part::writing);
   soup::Model model = result();
+  trainer_->end_training();
   if (!ranks_.is_first()) return model;
   if (model_bytes_.empty()) {
-    failures_.attempt([&] { model_bytes_ = soup::encode_model(model, file_options_); });
+    failures_.attempt([&] { model_bytes_ = encode(model); });
     model_written_ =
         !model_bytes_.empty() && failures_.attempt([&] { write_file_atomically(folder_.model(), model_bytes_); });
   }
@@ -469,7 +480,6 @@ soup::Model TrainingRun::save_model() {
 }
 
 TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
-  trainer_->end_training();
   folder_.renders().clear();
   const auto scope = times_->measure(train::Part::evaluation);
   Quality quality;
@@ -490,6 +500,7 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
     quality.test =
         train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_, write_mask);
   });
+  measure_if_possible([&] { quality.baked = measure_baked(model); });
   if (corrects_poses() && !scene_.test.empty())
     measure_if_possible([&] {
       quality.aligned = train::evaluate_aligned(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
@@ -503,6 +514,19 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
   const auto writing = times_->measure(train::Part::writing);
   failures_.attempt([&] { folder_.renders().finish(); });
   return quality;
+}
+
+/// PSNR of each test view as viewers without the MLP show it, by the first rank alone, where its device has the memory.
+std::vector<std::optional<double>> TrainingRun::measure_baked(const soup::Model& model) {
+  if (!ranks_.is_first() || scene_.test.empty() || model_bytes_.empty()) return {};
+  std::optional<soup::Model> plain = soup::read_plain_colours(model_bytes_, folder_.model().string());
+  if (!plain) return {};
+  plain->drop_near = model.drop_near;
+  try {
+    return train::baked_psnr(*device_, *plain, scene_.test, settings_.test_near, settings_.far);
+  } catch (const gpu::OutOfMemory&) {
+    return {};
+  }
 }
 
 /// What metrics.json says of the ranks. All take part.
@@ -530,6 +554,7 @@ bool TrainingRun::goal_met() const {
 /// What metrics.json says about quality.
 nlohmann::json TrainingRun::quality_json(const Quality& quality) const {
   nlohmann::json metrics = quality.test ? to_json(*quality.test) : nlohmann::json::object();
+  if (!quality.baked.empty()) train::add_baked(metrics, quality.baked);
   if (quality.fit) {
     metrics["psnr_training_views"] = quality.fit->psnr;
     metrics["psnr_mean_colours"] = quality.fit->mean_colour_psnr;

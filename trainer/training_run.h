@@ -73,13 +73,16 @@ class TrainingRun {
   /// Saves and measures the model. All ranks take part; the first one writes and reports.
   void finish();
   soup::Model save_model();
+  std::vector<std::byte> encode(const soup::Model& model);
   struct Quality {  // what could be measured
     std::optional<train::Evaluation> test;
     std::optional<train::Evaluation> unrounded;       // of textures before they are rounded, with --measure-float
     std::optional<train::AlignedEvaluation> aligned;  // if poses of training views were corrected
     std::optional<train::TrainingFit> fit;
+    std::vector<std::optional<double>> baked;  // PSNR of each test view as viewers without the MLP show it
   };
   Quality measure(const soup::Model& model);
+  std::vector<std::optional<double>> measure_baked(const soup::Model& model);
   nlohmann::json about_ranks();
   nlohmann::json quality_json(const Quality& quality) const;
   nlohmann::json size_json(const soup::Model& model);

@@ -36,7 +36,8 @@ struct Model::Impl {
 
 struct Training::Impl {
   Impl(gpu::Device& device, const Dataset& d, const train::Settings& settings, const train::Start& start)
-      : dataset(d), trainer(device, dataset.impl().scene, settings, start) {}
+      : gpu(device), dataset(d), trainer(device, dataset.impl().scene, settings, start) {}
+  gpu::Device& gpu;
   Dataset dataset;
   train::Trainer trainer;
 };

@@ -8,6 +8,7 @@
 #include "run/model_options.h"
 #include "run/presets.h"
 #include "scene/stereo/surface_points.h"
+#include "train/quality/baked_colours.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup {
@@ -98,7 +99,9 @@ Model Training::model() {
   model->model = impl_->trainer.model();
   model->near = settings.test_near;
   model->far = settings.far;
-  model->file = soup::encode_model(model->model, train::model_options(dataset.scene, settings, dataset.load));
+  soup::ModelFileOptions options = train::model_options(dataset.scene, settings, dataset.load);
+  options.baked = train::fitted_colours(impl_->gpu, model->model, options.cameras, settings.test_near, settings.far);
+  model->file = soup::encode_model(model->model, options);
   return Model(std::move(model));
 }
 

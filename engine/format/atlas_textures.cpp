@@ -16,7 +16,8 @@ using nlohmann::json;
 
 constexpr std::size_t kMaxPages = 256;  // AtlasPlace::page is one byte
 
-/// Returns the number of texels in a PNG's header, or 0 if it is not a PNG. It is checked before memory is allocated.
+}  // namespace
+
 std::uint64_t png_texels(std::span<const std::byte> png) {
   constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   if (png.size() < 24 || std::memcmp(png.data(), signature.data(), signature.size()) != 0 ||
@@ -29,8 +30,6 @@ std::uint64_t png_texels(std::span<const std::byte> png) {
   };
   return side(16) * side(20);
 }
-
-}  // namespace
 
 void read_atlas_textures(const ModelParts& parts, const json& extension, Model& model) {
   const std::size_t triangles = model.vertices.size() / 3;

@@ -376,7 +376,10 @@ json add_plain_colours(const Model& model, const ModelFileOptions& options, Bina
   for (const TextureEntry& row : model.textures) levels.push_back(level_of(row));
   const Atlas atlas = make_atlas(levels, options.atlas_side);
   add_texture_coordinates(model, atlas, binary, accessors);
-  const std::vector<std::uint8_t> baked = bake_colours(model, options.bake_directions);
+  const std::vector<std::uint8_t> baked = options.baked.empty() ? bake_colours(model, {}) : options.baked;
+  if (baked.size() != model.lattice.size() / kChannels * 3)
+    throw Error("model: {} values of baked colours for {} samples; bake them from this model", baked.size(),
+                model.lattice.size() / kChannels);
   Pages colour(atlas);
   colour.fill(model.textures, [&](std::uint32_t s, int c) {
     return c < 3 ? baked[std::size_t(s) * 3 + c] : model.lattice[std::size_t(s) * kChannels + 7];

@@ -26,7 +26,8 @@ struct ModelFileOptions {
   bool plain_colours = true;  // baked colours for viewers without the extension; a third of a small file
   /// Without plain colours: precision of the vertices, see on_grid. 0 or no cameras: vertices are stored exactly.
   double vertex_share = 0;
-  std::vector<glm::vec3> bake_directions;       // unit, from the surface towards the viewer; see bake_colours
+  /// RGB of every sample for `plain_colours`, [samples][3]: train::fitted_colours(). Empty: bake_colours().
+  std::vector<std::uint8_t> baked;
   TextureSteps texture_steps = kExactTextures;  // the steps the textures were rounded to; see round_textures
   bool colour_palette = false;       // plain colours of 256 colours with binary opacity; a quarter of the bytes
   nlohmann::json settings;           // training settings, stored as they are

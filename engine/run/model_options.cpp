@@ -6,7 +6,6 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "format/lattice_hierarchy.h"
-#include "mesh/point_spacing.h"
 #include "render/cameras.h"
 #include "run/dataset_match.h"
 #include "soup/texture_table.h"
@@ -14,24 +13,6 @@
 
 namespace trisoup::train {
 namespace {
-
-/// Eight directions from the origin, spread over the directions of the cameras.
-std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
-  std::vector<glm::vec3> all, chosen;
-  for (const scene::View& view : scene.train) {
-    const glm::dvec3 centre = view.camera.centre();
-    if (glm::length(centre) > 1e-6) all.emplace_back(glm::normalize(centre));
-  }
-  for (const std::uint32_t i : soup::farthest_points(all, 8)) chosen.push_back(all[i]);
-  return chosen;
-}
-
-/// Mean up direction of the cameras, for scenes that do not define one.
-glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
-  std::vector<scene::Camera> poses;
-  for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);
-  return render::mean_up(poses);
-}
 
 /// Returns the name of the camera that is at least a thousand times as far from the median position as half of the
 /// cameras, or an empty text. One such camera determines the scale of the whole scene.
@@ -64,6 +45,12 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene) {
   return cameras;
 }
 
+glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
+  std::vector<scene::Camera> poses;
+  for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);
+  return render::mean_up(poses);
+}
+
 soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
                                      const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
@@ -82,7 +69,6 @@ soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& 
     options.up = scene.up;
   else
     options.shown_up = mean_up(options.cameras);
-  options.bake_directions = bake_directions(scene);
   options.texture_steps = soup::texture_steps(settings.texture_bits);
   options.colour_palette = settings.texture_bits < 8;
   return options;

@@ -12,8 +12,11 @@ namespace trisoup::train {
 /// Cameras of all views: test views first, then training and validation views.
 std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene);
 
-/// Options for the model file: cameras, up direction, directions from which colours are baked, texture precision, and
-/// the settings of the training with the dataset's fingerprints and load options. load: the options with which `scene`
+/// Mean up direction of the cameras, for scenes that do not define one.
+glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras);
+
+/// Options for the model file: cameras, up direction, texture precision, and the settings of the training with the
+/// dataset's fingerprints and load options; not the baked colours. load: the options with which `scene`
 /// was loaded.
 soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
                                      const scene::LoadOptions& load);

@@ -92,4 +92,19 @@ void atlas_uv(const AtlasPlace& place, const glm::ivec2& page, glm::vec2 uv[3]) 
   for (int k = 0; k < 3; ++k) uv[k] = (glm::vec2(corners[k]) + 0.5f) / glm::vec2(page);
 }
 
+AtlasWeights::AtlasWeights(float b0, float b1, std::uint32_t level) {
+  const f32::LatticeSquare square = f32::lattice_square(b0, b1, level);
+  const float u = std::clamp(square.fu, 0.0f, 1.0f), v = std::clamp(square.fv, 0.0f, 1.0f), uv = u * v;
+  const std::uint32_t x = square.x, y = square.y;
+  index = {f32::lattice_index(x, y), f32::lattice_index(x + 1, y), f32::lattice_index(x, y + 1), 0};
+  if (f32::has_upper_half(square, level)) {
+    index[3] = f32::lattice_index(x + 1, y + 1);
+    weight = {1 - u - v + uv, u - uv, v - uv, uv};
+  } else {
+    // A gutter texel is the sum of its two neighbours minus the lowest point.
+    samples = 3;
+    weight = {1 - u - v, u, v, 0};
+  }
+}
+
 }  // namespace trisoup::soup

@@ -2,6 +2,8 @@
 // texels.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -75,5 +77,23 @@ void each_gutter_texel(std::uint32_t level, F&& f) {
   }
   f(GutterTexel{{0, r + 1}, {0, r}, {0, r}, {0, r}});
 }
+
+/// The lattice points between which bilinear sampling of an atlas interpolates, and their weights: a square's lowest
+/// point, the next ones along x and y, and the opposite one, which is missing along the diagonal.
+struct AtlasWeights {
+  std::array<std::uint32_t, 4> index{};  // positions in the lattice
+  std::array<float, 4> weight{};
+  std::size_t samples = 4;
+
+  /// b0, b1: barycentric coordinates of vertices 0 and 1.
+  AtlasWeights(float b0, float b1, std::uint32_t level);
+
+  /// values: of the lattice.
+  glm::vec3 mix(const glm::vec3* values) const {
+    glm::vec3 sum(0.0f);
+    for (std::size_t k = 0; k < samples; ++k) sum += weight[k] * values[index[k]];
+    return sum;
+  }
+};
 
 }  // namespace trisoup::soup

@@ -160,3 +160,42 @@ TEST_CASE("interpolated texture coordinates give the lattice point of the same b
     }
   }
 }
+
+TEST_CASE("the weights of an atlas are those of bilinear sampling", "[atlas]") {
+  const std::vector<std::uint32_t> levels{0, 1, 2, 3, 5, 5};
+  const soup::Atlas atlas = soup::make_atlas(levels);
+  const glm::ivec2 size = atlas.pages[0];
+  soup::Random random(6);
+  std::vector<float> image(std::size_t(size.x) * std::size_t(size.y));
+  for (const soup::AtlasPlace& place : atlas.places) {
+    const auto texel = [&](int x, int y) -> float& {
+      const glm::ivec2 t = soup::atlas_texel(place, x, y);
+      return image[std::size_t(t.y) * std::size_t(size.x) + std::size_t(t.x)];
+    };
+    std::vector<glm::vec3> values(soup::samples_at(place.level));
+    soup::each_lattice_point(place.level, [&](int x, int y, std::uint32_t index) {
+      values[index] = glm::vec3(random.uniform01());
+      texel(x, y) = values[index].x;
+    });
+    soup::each_gutter_texel(place.level, [&](const soup::GutterTexel& g) {
+      texel(g.at.x, g.at.y) = texel(g.a.x, g.a.y) + texel(g.b.x, g.b.y) - texel(g.c.x, g.c.y);
+    });
+    glm::vec2 uv[3];
+    soup::atlas_uv(place, size, uv);
+    for (int i = 0; i < 200; ++i) {
+      float b0 = random.uniform01(), b1 = random.uniform01();
+      if (b0 + b1 > 1) b0 = 1 - b0, b1 = 1 - b1;
+      const glm::vec2 at = (b0 * uv[0] + b1 * uv[1] + (1 - b0 - b1) * uv[2]) * glm::vec2(size) - 0.5f,
+                      low = glm::floor(at), f = at - low;
+      const auto value = [&](int dx, int dy) {
+        const int x = std::min(int(low.x) + dx, size.x - 1), y = std::min(int(low.y) + dy, size.y - 1);
+        return image[std::size_t(y) * std::size_t(size.x) + std::size_t(x)];
+      };
+      const float expected = (1 - f.y) * ((1 - f.x) * value(0, 0) + f.x * value(1, 0)) +
+                             f.y * ((1 - f.x) * value(0, 1) + f.x * value(1, 1));
+      const soup::AtlasWeights weights(b0, b1, place.level);
+      CHECK(weights.weight[0] + weights.weight[1] + weights.weight[2] + weights.weight[3] == Approx(1));
+      CHECK(weights.mix(values.data()).x == Approx(expected).margin(2e-3));
+    }
+  }
+}

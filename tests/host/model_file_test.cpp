@@ -205,7 +205,7 @@ TEST_CASE("a model of several atlas pages is read back unchanged, with one primi
   const soup::Model model = random_model(2500, 11);
   soup::ModelFileOptions options;
   options.atlas_side = soup::kMinAtlasSide;
-  options.bake_directions = {{0, 0, 1}};  // colours do not matter here and take longest
+  options.baked.assign(model.lattice.size() / soup::kChannels * 3, 0);  // colours do not matter here and take longest
   const auto bytes = soup::encode_model(model, options);
   CHECK(same(model, soup::decode_model(bytes, "memory").model));
 
@@ -717,7 +717,7 @@ TEST_CASE("a model of 2,000 triangles is read back unchanged", "[model_file]") {
     mlp.insert(mlp.end(), npz.at(name).f.begin(), npz.at(name).f.end());
   model.mlp.parameters = mlp;
   soup::ModelFileOptions options;
-  options.bake_directions = {{0, 0, 1}};  // as above
+  options.baked.assign(model.lattice.size() / soup::kChannels * 3, 0);  // as above
   const auto bytes = soup::encode_model(model, options);
   WARN("model.glb: " << bytes.size() << " bytes for " << model.lattice.size() << " texture values");
   CHECK(bytes.size() < 12 * model.lattice.size() / 10);

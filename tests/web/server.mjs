@@ -26,10 +26,12 @@ export async function serve(places) {
     if (typeof place === "function") return place(response);
     try {
       const bytes = key === path ? Buffer.from(place) : await readFile(join(place, normalize(path.slice(key.length))));
-      // Browsers take import maps from a page's text alone.
+      // Browsers take import maps from a page's text alone. Pages with one use three.js, which fetches the textures of
+      // ordinary files as blobs.
       const map = extname(path) === ".html" && /<script type="importmap">([^<]*)</.exec(bytes.toString());
       if (map) response.setHeader("Content-Security-Policy",
-        POLICY.replace("script-src", `script-src 'sha256-${createHash("sha256").update(map[1]).digest("base64")}'`));
+        POLICY.replace("script-src", `script-src 'sha256-${createHash("sha256").update(map[1]).digest("base64")}'`)
+          .replace("connect-src", "connect-src blob:"));
       response.setHeader("Content-Length", bytes.length);
       response.end(bytes);
     } catch {

@@ -10,6 +10,8 @@ import { SoupLoader } from "/web/three/soup-loader.js";
 const load = async (address) => (await new GLTFLoader().register((parser) => new SoupLoader(parser))
   .loadAsync(address)).scene;
 const model = load("/model.glb");
+/** The same file as programs without the loader show it. */
+const plain = new GLTFLoader().loadAsync("/model.glb").then(({ scene }) => scene);
 
 function find(root) {
   let soup = null;
@@ -78,10 +80,12 @@ function planeOf({ normal, distance }) {
 /**
  * A picture through one of the model's cameras, as base64 of RGBA.
  * @param {{address?: string, camera: number, size: number[], options?: object, plane?: object, moved?: boolean,
- *   cloned?: boolean, part?: number[], target?: boolean, lost?: boolean}} wanted options of the renderer; moved: soup
- *   and camera together; part: x y width height of the canvas that is drawn to
+ *   cloned?: boolean, part?: number[], target?: boolean, lost?: boolean, baked?: boolean}} wanted options of the
+ *   renderer; moved: soup and camera together; part: x y width height of the canvas that is drawn to; baked: the
+ *   colours that programs without the loader show
  */
-window.draw = async ({ address, camera: which, size, options = {}, plane, moved, cloned, part, target, lost }) => {
+window.draw = async ({ address, camera: which, size, options = {}, plane, moved, cloned, part, target, lost, baked,
+}) => {
   const original = await (address ? load(address) : model), root = cloned ? original.clone() : original,
     soup = find(root), renderer = rendererOf(size, options);
   const scene = new Scene().add(root), camera = new PerspectiveCamera(40, size[0] / size[1]);
@@ -92,6 +96,7 @@ window.draw = async ({ address, camera: which, size, options = {}, plane, moved,
   soup.lookThrough(camera, which);
   const unit = soup.getWorldScale(new Vector3()).x;
   Object.assign(camera, { near: unit * soup.model.near, far: unit * soup.model.far }).updateProjectionMatrix();
+  if (baked) scene.remove(root).add(await plain);
   const mesh = plane ? planeOf(plane) : null;
   if (mesh) soup.add(mesh);
   const draw = () => renderer.render(scene, camera);

@@ -1,6 +1,7 @@
 // web/three in a headless Chromium, with three.js from npm, beside <tri-soup>. TRISOUP_THREE names the folder with
 // node_modules.
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { before, test } from "node:test";
@@ -9,7 +10,8 @@ import { viewOf } from "../../web/camera.js";
 import { decodeGlb } from "../../web/glb.js";
 import { decodeModel } from "../../web/model.js";
 import { edited } from "./edit_glb.mjs";
-import { SIZE, html, model, modelPath, native, on, pages, picture, scratch } from "./harness.mjs";
+import { SIZE, bin, html, model, modelPath, native, on, pages, picture, scratch } from "./harness.mjs";
+import { readPng } from "./png.mjs";
 
 const soup = decodeModel(new Uint8Array(model), "model.glb"), size = [SIZE, SIZE];
 const IMPORTS = { three: "/node_modules/three/build/three.module.js",
@@ -100,6 +102,27 @@ function scaled({ width, height, fx, fy, cx, cy }) {
   return { width: SIZE, height: SIZE, fx: fx * s, fy: fy * s, cx: SIZE / 2 + s * (cx - width / 2), cy: cy * s };
 }
 
+test("without the loader the colours are those that soup-eval measures", () => on("/three.html", async (page) => {
+  const measured = join(scratch, "measured"), garden = fileURLToPath(new URL("../../assets/garden", import.meta.url));
+  execFileSync(join(bin, "soup-eval"), [modelPath, garden, "--backend", "cpu", "--json", join(scratch, "measured.json"),
+    "--renders", measured]);
+  const { views, psnr_baked: mean } = JSON.parse(readFileSync(join(scratch, "measured.json")));
+  let sum = 0;
+  for (const [camera, view] of views.entries()) {
+    const rgba = await drawn(page, { camera, baked: true }),
+      { rgb, width } = readPng(join(measured, "renders", view.name.replace("/", "_")));  // left: the photograph
+    let squares = 0;
+    for (let y = 0; y < SIZE; ++y)
+      for (let i = 0; i < 3 * SIZE; ++i)
+        squares += ((rgba[4 * (y * SIZE + Math.floor(i / 3)) + (i % 3)] - rgb[3 * y * width + i]) / 255) ** 2;
+    const psnr = -10 * Math.log10(squares / (3 * SIZE * SIZE));
+    sum += psnr;
+    assert.ok(Math.abs(psnr - view.psnr_baked) < 0.3, `${view.name}: ${psnr} dB, soup-eval ${view.psnr_baked} dB`);
+  }
+  console.log(`baked colours: ${sum / views.length} dB in three.js, soup-eval ${mean} dB`);
+  assert.ok(Math.abs(sum / views.length - mean) < 0.05);
+}));
+
 test("moved, cloned, in a part of the canvas, through a target of light, after a lost context: the same picture",
   () => on("/three.html", async (page) => {
   const camera = 2, plain = await drawn(page, { camera });
@@ -150,7 +173,7 @@ test("other files, other cameras, rays", () => {
     assert.match(await page.run(() => window.flat()), /PerspectiveCamera/);
     const distances = await page.run(() => window.pick(0));
     assert.ok(distances.length > 0 && distances[0] > 0.1 && distances[0] < 2, `${distances}`);
-  }, { allowed: [/blob:/] });  // three fetches textures of ordinary files so, and the policy says no
+  });
 });
 
 test("the example shows a soup with a ring around it", () => on("/web/three/example.html", async (page) => {
