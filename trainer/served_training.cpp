@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <ctime>
 #include <utility>
 
@@ -31,10 +32,7 @@ ServedTraining::ServedTraining(viewer::Live& live, const ServeOptions& options, 
       server_({options.address, options.port, options.may_control()},
               [this](const web::Request& request) { return page_.answer(request); }),
       encoder_([this](std::stop_token stopped) { encode(stopped); }),
-      serving_([this] {
-        viewer::give_way();
-        server_.run();
-      }) {}
+      serving_([this] { serve(); }) {}
 
 ServedTraining::~ServedTraining() {
   const auto end = std::chrono::steady_clock::now() + kFarewell;
@@ -45,6 +43,15 @@ ServedTraining::~ServedTraining() {
   while (live_.looked_at() && !has_seen_all() && std::chrono::steady_clock::now() < end)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   server_.stop();
+}
+
+void ServedTraining::serve() {
+  viewer::give_way();
+  try {
+    server_.run();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "warning: --serve: the page is gone (%s); training continues\n", error.what());
+  }
 }
 
 void ServedTraining::encode(std::stop_token stop) {

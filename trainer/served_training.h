@@ -32,6 +32,7 @@ class ServedTraining : public web::TrainingSource {
   bool control(std::string_view action) override;
 
  private:
+  void serve();
   void encode(std::stop_token stop);
 
   viewer::Live& live_;
