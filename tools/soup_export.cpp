@@ -107,8 +107,9 @@ std::string with_plain_colours(const CommandLine& options, const viewer::Subject
   if (!about.up) about.shown_up = train::mean_up(about.cameras);
   gpu::DeviceOptions device = options.device;
   device.draws = false;
-  about.baked =
-      train::fitted_colours(*gpu::open_device(device), subject.model, about.cameras, subject.near, subject.far);
+  about.baked = train::fitted_colours(
+      *gpu::open_device(device), subject.model, about.cameras, subject.near, subject.far,
+      [](const std::string& line) { std::fprintf(stderr, "soup-export: warning: %s\n", line.c_str()); });
   return encoded(subject.model, about);
 }
 

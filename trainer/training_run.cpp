@@ -460,7 +460,9 @@ void TrainingRun::finish() {
 std::vector<std::byte> TrainingRun::encode(const soup::Model& model) {
   soup::ModelFileOptions options = file_options_;
   failures_.attempt([&] {
-    options.baked = train::fitted_colours(*device_, model, options.cameras, settings_.test_near, settings_.far);
+    options.baked = train::fitted_colours(
+        *device_, model, options.cameras, settings_.test_near, settings_.far,
+        [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", in_options(line).c_str()); });
   });
   return soup::encode_model(model, options);
 }

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gpu/out_of_memory.h"
 #include "gpu/small_scene.h"
 #include "soup/bake.h"
 #include "train/quality/baked_colours.h"
@@ -157,4 +158,18 @@ TEST_CASE("PSNR of baked colours", "[baked][each_driver]") {
   CHECK(json["psnr_baked"] == 25.0);
   CHECK(json["views"][1]["psnr_baked"].is_null());
   CHECK(json["views"][2]["psnr_baked"] == 30.0);
+}
+
+TEST_CASE("baked colours without enough device memory are those of eight directions, with a warning", "[baked]") {
+  auto gpu = test::open_device();
+  const soup::Model model = baked_walls({kTheWall});
+  const std::vector<soup::ModelCamera> cameras{{"c", false, baked_camera(kEyeInFront)}};
+  gpu->set_ceiling(gpu->allocated_bytes() + 1024);
+  std::vector<std::string> lines;
+  const auto colours = train::fitted_colours(*gpu, model, cameras, kBakedNear, kBakedFar,
+                                             [&](const std::string& line) { lines.push_back(line); });
+  CHECK(colours == soup::bake_colours(model, {}));
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("eight directions") != std::string::npos);
+  CHECK_THROWS_AS(train::fitted_colours(*gpu, model, cameras, kBakedNear, kBakedFar), gpu::OutOfMemory);
 }

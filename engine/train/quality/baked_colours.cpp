@@ -76,13 +76,17 @@ std::vector<std::uint8_t> fit(gpu::Device& gpu, const soup::Model& model, std::s
 }  // namespace
 
 std::vector<std::uint8_t> fitted_colours(gpu::Device& gpu, const soup::Model& model,
-                                         std::span<const soup::ModelCamera> cameras, double near, double far) {
+                                         std::span<const soup::ModelCamera> cameras, double near, double far,
+                                         const std::function<void(const std::string& line)>& warn) {
   check_clip_planes(near, far);
   const std::vector<scene::Camera> chosen = cameras_to_bake(cameras);
   if (chosen.empty()) return soup::bake_colours(model, {});
   try {
     return fit(gpu, model, chosen, near, far);
-  } catch (const gpu::OutOfMemory&) {
+  } catch (const gpu::OutOfMemory& error) {
+    if (!warn) throw;
+    warn(std::string("the colours for viewers without the neural textures are those of eight directions: ") +
+         error.what());
     return soup::bake_colours(model, {});
   }
 }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -18,9 +20,11 @@ namespace trisoup::train {
 /// Returns the RGB colour of every texture sample, [samples][3], display values 0..255, with which pictures of the
 /// model without its MLP are closest to those with it, in the sense of least squares over the views of `cameras` that
 /// are not test views (soup/colour_fit.h). A view counts only where it shows a triangle unhidden. Without cameras, and
-/// if device memory runs out: soup::bake_colours(). near, far: clip planes, normalised units. Deterministic.
+/// after `warn` if device memory runs out: soup::bake_colours(). near, far: clip planes, normalised units.
+/// Deterministic. Throws gpu::OutOfMemory if there is no `warn`.
 std::vector<std::uint8_t> fitted_colours(gpu::Device& gpu, const soup::Model& model,
-                                         std::span<const soup::ModelCamera> cameras, double near, double far);
+                                         std::span<const soup::ModelCamera> cameras, double near, double far,
+                                         const std::function<void(const std::string& line)>& warn = {});
 
 /// PSNR against its photograph of each view as glTF viewers show it; nothing if no pixel of the view is to be compared.
 /// plain: what soup::read_plain_colours() returns. views: in normalised coordinates, with images.
