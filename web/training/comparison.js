@@ -54,7 +54,7 @@ export class Comparison {
 
   #clip() {
     const { photograph, divider } = this.#nodes;
-    photograph.style.clipPath = divider.hidden ? "" : `inset(0 0 0 ${divider.value / 10}%)`;
+    photograph.style.clipPath = divider.hidden ? "" : `inset(0 ${100 - divider.value / 10}% 0 0)`;
   }
 
   /** The stage has the shape of the photograph, so that both cover each other. */

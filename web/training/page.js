@@ -82,7 +82,7 @@ soup.addEventListener("click", ({ offsetX, offsetY }) => {
 });
 addEventListener("keydown", (event) => {
   if (event.target.matches("button, input, a") || event.ctrlKey || event.metaKey || event.altKey) return;
-  const actions = { Space: () => comparison.step(), KeyC: () => showFrustums(!frustums.shown), KeyN: goToNearest };
+  const actions = { Space: () => comparison.step(), KeyC: () => showFrustums(!frustums.shown), KeyG: goToNearest };
   const action = actions[event.code];
   if (!action) return;
   event.preventDefault();
