@@ -51,7 +51,7 @@ struct CommandLine {
   std::optional<double> within;    // distance of colours
   std::optional<std::size_t> pieces_below, keep_pieces;
   std::optional<double> pieces_smaller;  // share of the area
-  double gap = 0.1;                      // median edges
+  double gap = 0.05;                     // longest edges of the smaller of two triangles
   bool dry_run = false, overwrite = false;
 
   bool edits() const { return !region.empty() || !colours.empty() || pieces_below || pieces_smaller || keep_pieces; }
@@ -144,7 +144,8 @@ void add_options(CLI::App& app, CommandLine& c, Texts& texts) {
       ->transform(CLI::CheckedTransformer(across))
       ->option_text("TEXT")  // instead of the whole map
       ->group("Crop (several regions: what lies in any of them stays)");
-  app.add_option("--drop-colour", texts.colours, "white, black or R,G,B from 0 to 1: drop triangles of this mean colour")
+  app.add_option("--drop-colour", texts.colours,
+                 "white, black or R,G,B from 0 to 1: drop triangles of this mean colour")
       ->allow_extra_args(false)
       ->group("Colour");
   app.add_option("--within", c.within, "largest distance from that colour, 0 to 1.74")
@@ -160,7 +161,9 @@ void add_options(CLI::App& app, CommandLine& c, Texts& texts) {
   app.add_option("--keep-pieces", c.keep_pieces, "keep this many pieces, those of most triangles")
       ->check(number(1, 1e9))
       ->group(group);
-  app.add_option("--gap", c.gap, fmt::format("largest gap inside a piece, in median edges of the model [{:g}]", c.gap))
+  app.add_option(
+         "--gap", c.gap,
+         fmt::format("largest gap inside a piece, in longest edges of the smaller triangle beside it [{:g}]", c.gap))
       ->check(number(0, 1000))
       ->group(group);
 }
@@ -259,12 +262,18 @@ std::vector<soup::Piece> chosen(const std::vector<soup::Piece>& found, const Com
   return kept;
 }
 
-/// Returns "X0,Y0,Z0,X1,Y1,Z1", as --crop-box takes it.
-std::string bounds_of(const soup::Model& model) {
+/// Returns "X0,Y0,Z0,X1,Y1,Z1", as --crop-box takes it, and where --crop-sphere likely belongs.
+std::string place_of(const soup::Model& model, bool has_cameras) {
   glm::dvec3 low(model.vertices[0]), high = low;
   for (const glm::dvec3 v : model.vertices) low = glm::min(low, v), high = glm::max(high, v);
   low += model.origin, high += model.origin;
-  return fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", low.x, low.y, low.z, high.x, high.y, high.z);
+  std::string text =
+      fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", low.x, low.y, low.z, high.x, high.y, high.z);
+  // The origin of normalised coordinates, at a mean distance of 1 from the cameras (scene/normalisation.h).
+  const glm::dvec3 c = model.centre;
+  if (has_cameras)
+    text += fmt::format("; cameras look at {:.4g},{:.4g},{:.4g} from {:.3g} away", c.x, c.y, c.z, 1 / model.scale);
+  return text;
 }
 
 void run(const CommandLine& c) {
@@ -275,11 +284,11 @@ void run(const CommandLine& c) {
   const soup::ModelFileOptions about = same_options(file, bytes, path.string());
 
   const soup::Model region = soup::selected(file.model, cropped(file.model, about.bake_directions, c));
-  // The unit of the gap is the whole model's, so that a crop does not change what is connected.
-  const auto found = soup::pieces(region.vertices, c.gap * soup::median_edge(file.model.vertices));
+  const auto found = soup::pieces(region.vertices, c.gap);
   const auto kept = chosen(found, c);
   std::vector<std::uint32_t> triangles;
-  for (const soup::Piece& piece : kept) triangles.insert(triangles.end(), piece.triangles.begin(), piece.triangles.end());
+  for (const soup::Piece& piece : kept)
+    triangles.insert(triangles.end(), piece.triangles.begin(), piece.triangles.end());
   std::sort(triangles.begin(), triangles.end());
   if (triangles.empty())
     throw Error("{}: no triangles would remain of {}; remove less", printable(path.string()), file.model.triangles());
@@ -289,7 +298,7 @@ void run(const CommandLine& c) {
   fmt::print("{}: {} of {} triangles, {} of {} pieces, {:.2f} of {:.2f} MB, in {}\n",
              c.dry_run ? path.string() : output.string(), model.triangles(), file.model.triangles(), kept.size(),
              found.size(), 1e-6 * static_cast<double>(written.size()), 1e-6 * static_cast<double>(bytes.size()),
-             bounds_of(model));
+             place_of(model, !file.cameras.empty()));
 }
 
 }  // namespace

@@ -72,8 +72,7 @@ double distance(const Corners3& a, const Corners3& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (passes(b, a[i], a[(i + 1) % 3]) || passes(a, b[i], b[(i + 1) % 3])) return 0;
     best = std::min({best, squared(nearest_point(b, a[i]) - a[i]), squared(nearest_point(a, b[i]) - b[i])});
-    for (std::size_t j = 0; j < 3; ++j)
-      best = std::min(best, edges_apart(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]));
+    for (std::size_t j = 0; j < 3; ++j) best = std::min(best, edges_apart(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]));
   }
   return std::sqrt(best);
 }

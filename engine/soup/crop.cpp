@@ -30,8 +30,7 @@ std::vector<glm::dvec3> clipped(const std::vector<glm::dvec3>& polygon, int axis
 
 bool touches(const CropBox& box, const std::array<glm::dvec3, 3>& triangle) {
   std::vector<glm::dvec3> rest(triangle.begin(), triangle.end());
-  for (int axis = 0; axis < 3; ++axis)
-    rest = clipped(clipped(rest, axis, box.high[axis], 1), axis, box.low[axis], -1);
+  for (int axis = 0; axis < 3; ++axis) rest = clipped(clipped(rest, axis, box.high[axis], 1), axis, box.low[axis], -1);
   return !rest.empty();
 }
 bool touches(const CropSphere& sphere, const std::array<glm::dvec3, 3>& triangle) {

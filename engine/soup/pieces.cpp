@@ -44,16 +44,16 @@ class Tree {
   explicit Tree(std::span<const glm::vec3> vertices) : vertices_(vertices), order_(vertices.size() / 3) {
     std::iota(order_.begin(), order_.end(), 0u);
     for (std::size_t t = 0; t < order_.size(); ++t) {
-      const glm::vec3 *v = &vertices[3 * t];
+      const glm::vec3* v = &vertices[3 * t];
       boxes_.push_back({glm::min(glm::min(v[0], v[1]), v[2]), glm::max(glm::max(v[0], v[1]), v[2])});
     }
     if (!order_.empty()) build(0, 0, order_.size());
   }
 
-  /// Merges all pairs of triangles that are at most `gap` apart.
-  void merge_near(double gap, MergedSets& sets) const {
+  /// Merges all pairs of triangles whose distance is at most the smaller one of their `reaches`.
+  void merge_near(std::span<const double> reaches, MergedSets& sets) const {
     if (order_.empty()) return;
-    for (std::uint32_t t = 0; t < order_.size(); ++t) merge_with(0, 0, order_.size(), t, gap, sets);
+    for (std::uint32_t t = 0; t < order_.size(); ++t) merge_with(0, 0, order_.size(), t, reaches, sets);
   }
 
  private:
@@ -63,7 +63,8 @@ class Tree {
     Bounds bounds = boxes_[order_[first]];
     for (std::size_t i = first; i < last; ++i) bounds = joined(bounds, boxes_[order_[i]]);
     if (nodes_.size() <= node) nodes_.resize(node + 1);
-    nodes_[node] = {bounds, *std::min_element(order_.begin() + std::ptrdiff_t(first), order_.begin() + std::ptrdiff_t(last))};
+    nodes_[node] = {bounds,
+                    *std::min_element(order_.begin() + std::ptrdiff_t(first), order_.begin() + std::ptrdiff_t(last))};
     if (last - first <= kLeaf) return;
     const glm::vec3 size = bounds.high - bounds.low;
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
@@ -81,19 +82,20 @@ class Tree {
   }
 
   /// Visits the triangles before `t`, so that each pair is compared once.
-  void merge_with(std::size_t node, std::size_t first, std::size_t last, std::uint32_t t, double gap,
-                  MergedSets& sets) const {
-    if (nodes_[node].lowest >= t || apart(nodes_[node].bounds, boxes_[t], gap)) return;
+  void merge_with(std::size_t node, std::size_t first, std::size_t last, std::uint32_t t,
+                  std::span<const double> reaches, MergedSets& sets) const {
+    if (nodes_[node].lowest >= t || apart(nodes_[node].bounds, boxes_[t], reaches[t])) return;
     if (last - first > kLeaf) {
       const std::size_t middle = (first + last) / 2;
-      merge_with(2 * node + 1, first, middle, t, gap, sets);
-      merge_with(2 * node + 2, middle, last, t, gap, sets);
+      merge_with(2 * node + 1, first, middle, t, reaches, sets);
+      merge_with(2 * node + 2, middle, last, t, reaches, sets);
       return;
     }
     for (std::size_t i = first; i < last; ++i) {
       const std::uint32_t other = order_[i];
-      if (other < t && !apart(boxes_[other], boxes_[t], gap) && sets.find(other) != sets.find(t) &&
-          distance(corners(other), corners(t)) <= gap)
+      if (other >= t || sets.find(other) == sets.find(t)) continue;
+      const double reach = std::min(reaches[other], reaches[t]);
+      if (!apart(boxes_[other], boxes_[t], reach) && distance(corners(other), corners(t)) <= reach)
         sets.merge(other, t);
     }
   }
@@ -113,12 +115,19 @@ double area(const glm::vec3* v) {
   return 0.5 * glm::length(glm::cross(b - a, c - a));
 }
 
+double longest_edge(const glm::vec3* v) {
+  return std::max({glm::distance(glm::dvec3(v[0]), glm::dvec3(v[1])), glm::distance(glm::dvec3(v[1]), glm::dvec3(v[2])),
+                   glm::distance(glm::dvec3(v[2]), glm::dvec3(v[0]))});
+}
+
 }  // namespace
 
 std::vector<Piece> pieces(std::span<const glm::vec3> vertices, double gap) {
   const std::size_t count = vertices.size() / 3;
+  std::vector<double> reaches;
+  for (std::size_t t = 0; t < count; ++t) reaches.push_back(gap * longest_edge(&vertices[3 * t]));
   MergedSets sets(count);
-  Tree(vertices).merge_near(gap, sets);
+  Tree(vertices).merge_near(reaches, sets);
   std::vector<Piece> found;
   std::vector<std::size_t> piece_of(count);
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -136,17 +145,6 @@ std::vector<Piece> pieces(std::span<const glm::vec3> vertices, double gap) {
     return std::pair(a.triangles.size(), a.area) > std::pair(b.triangles.size(), b.area);
   });
   return found;
-}
-
-double median_edge(std::span<const glm::vec3> vertices) {
-  std::vector<double> lengths;
-  for (std::size_t i = 0; i + 2 < vertices.size(); i += 3)
-    for (std::size_t k = 0; k < 3; ++k)
-      lengths.push_back(glm::distance(glm::dvec3(vertices[i + k]), glm::dvec3(vertices[i + (k + 1) % 3])));
-  if (lengths.empty()) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
 }
 
 }  // namespace trisoup::soup

@@ -16,13 +16,11 @@ struct Piece {
 };
 
 /// Returns the pieces, those with most triangles first, then by area: a backdrop of few triangles has most of the area,
-/// but not of the scene. Two triangles belong to one piece if a chain of triangles leads from one
-/// to the other whose neighbours are at most `gap` apart, measured between surfaces, not vertices: large triangles have
-/// their neighbours along their edges. vertices: 3 per triangle, finite. gap: at least 0, units of the vertices.
+/// but not of the scene. Two triangles belong to one piece if a chain of triangles leads from one to the other in which
+/// the distance of neighbours is at most `gap` longest edges of the smaller one. Distances are measured between
+/// surfaces, because a large triangle has its small neighbours along its edges, not at its corners. The edge of the
+/// smaller triangle is the unit, so that specks do not connect what lies around them, nor a backdrop the scene.
+/// vertices: 3 per triangle, finite. gap: at least 0.
 std::vector<Piece> pieces(std::span<const glm::vec3> vertices, double gap);
-
-/// Returns the median length of the edges; 0 without triangles. The size of a scene says less about the gaps between
-/// triangles: few triangles leave wider ones.
-double median_edge(std::span<const glm::vec3> vertices);
 
 }  // namespace trisoup::soup

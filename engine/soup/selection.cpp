@@ -10,7 +10,8 @@ Model selected(const Model& model, std::span<const std::uint32_t> kept) {
   part.textures.clear();
   part.lattice.clear();
   for (const std::uint32_t t : kept) {
-    part.vertices.insert(part.vertices.end(), {model.vertices[3 * t], model.vertices[3 * t + 1], model.vertices[3 * t + 2]});
+    part.vertices.insert(part.vertices.end(),
+                         {model.vertices[3 * t], model.vertices[3 * t + 1], model.vertices[3 * t + 2]});
     TextureEntry row = model.textures[t];
     const auto first = model.lattice.begin() + std::ptrdiff_t(row.lattice_offset) * kChannels;
     row.lattice_offset = static_cast<std::uint32_t>(part.lattice.size() / kChannels);
