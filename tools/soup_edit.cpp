@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -26,8 +28,8 @@
 #include "format/glb.h"
 #include "format/model_file.h"
 #include "format/model_parts.h"
-#include "mesh/point_spacing.h"
-#include "render/cameras.h"
+#include "format/plain_colours.h"
+#include "run/model_options.h"
 #include "scene/text/number_text.h"
 #include "soup/bake.h"
 #include "soup/crop.h"
@@ -204,29 +206,44 @@ fs::path new_file(const CommandLine& c, const fs::path& model) {
   return file;
 }
 
-/// Options with which `file`, whose bytes are `bytes`, is written again: what it has stays.
-soup::ModelFileOptions same_options(const soup::ModelFile& file, const std::string& bytes, const std::string& name) {
-  const nlohmann::json gltf = soup::decode_glb(std::as_bytes(std::span(bytes)), name).document;
-  soup::ModelFileOptions about;
-  about.up = file.up;
-  about.texture_steps = file.texture_steps;
-  about.settings = file.settings;
-  about.cameras = file.cameras;
-  about.plain_colours = gltf.contains("images");
-  if (gltf.at("extensions").at(soup::kExtension).contains("vertices")) about.vertex_share = kVertexShare;
-  about.colour_palette = file.texture_steps != soup::kExactTextures;
-  std::vector<scene::Camera> poses;
-  std::vector<glm::vec3> directions;
-  for (const soup::ModelCamera& camera : file.cameras) {
-    poses.push_back(camera.camera);
-    const glm::dvec3 centre = camera.camera.centre();
-    if (!camera.test && glm::length(centre) > 1e-6) directions.emplace_back(glm::normalize(centre));
-  }
-  if (!poses.empty()) about.shown_up = render::mean_up(poses);
-  // The directions of a training's model (run/model_options.cpp).
-  for (const std::uint32_t i : soup::farthest_points(directions, 8)) about.bake_directions.push_back(directions[i]);
-  return about;
+/// The RGB of every sample in a copy of a model whose lattice has the colours that other viewers show.
+std::vector<std::uint8_t> colours_in(const soup::Model& plain) {
+  std::vector<std::uint8_t> colours;
+  colours.reserve(plain.lattice.size() / soup::kChannels * 3);
+  for (std::size_t i = 0; i < plain.lattice.size(); i += soup::kChannels)
+    for (std::size_t c = 0; c < 3; ++c) colours.push_back(plain.lattice[i + c]);
+  return colours;
 }
+
+/// A model's file as it was read.
+struct Opened {
+  fs::path path;
+  std::string bytes;
+  soup::ModelFile file;
+  std::optional<soup::Model> plain;  // with the baked colours; none in models of web pages
+
+  explicit Opened(const fs::path& from) : path(from), bytes(read_file(from)) {
+    const auto view = std::as_bytes(std::span(bytes));
+    file = soup::decode_model(view, path.string());
+    plain = soup::read_plain_colours(view, path.string());
+  }
+
+  /// Returns the file of the triangles `kept`. What else the file has stays.
+  std::vector<std::byte> encoded(const std::vector<std::uint32_t>& kept) const {
+    soup::ModelFileOptions about;
+    about.up = file.up;
+    if (!file.cameras.empty()) about.shown_up = train::mean_up(file.cameras);
+    about.texture_steps = file.texture_steps;
+    about.settings = file.settings;
+    about.cameras = file.cameras;
+    about.plain_colours = plain.has_value();
+    if (plain) about.baked = colours_in(soup::selected(*plain, kept));
+    about.colour_palette = file.texture_steps != soup::kExactTextures;
+    const nlohmann::json gltf = soup::decode_glb(std::as_bytes(std::span(bytes)), path.string()).document;
+    if (gltf.at("extensions").at(soup::kExtension).contains("vertices")) about.vertex_share = kVertexShare;
+    return soup::encode_model(soup::selected(file.model, kept), about);
+  }
+};
 
 std::array<glm::dvec3, 3> corners_of(const soup::Model& model, std::uint32_t t) {
   std::array<glm::dvec3, 3> corners;
@@ -235,10 +252,11 @@ std::array<glm::dvec3, 3> corners_of(const soup::Model& model, std::uint32_t t) 
 }
 
 /// Returns the triangles that lie in the region and have none of the colours.
-std::vector<std::uint32_t> cropped(const soup::Model& model, const std::vector<glm::vec3>& directions,
-                                   const CommandLine& c) {
+std::vector<std::uint32_t> cropped(const Opened& opened, const CommandLine& c) {
+  const soup::Model& model = opened.file.model;
   std::vector<glm::vec3> colours;
-  if (!c.colours.empty()) colours = soup::mean_colours(model, soup::bake_colours(model, directions));
+  if (!c.colours.empty())
+    colours = soup::mean_colours(model, opened.plain ? colours_in(*opened.plain) : soup::bake_colours(model, {}));
   std::vector<std::uint32_t> kept;
   for (std::uint32_t t = 0; t < model.triangles(); ++t) {
     bool stays = c.region.empty() || soup::holds(c.region, corners_of(model, t), c.across);
@@ -262,43 +280,38 @@ std::vector<soup::Piece> chosen(const std::vector<soup::Piece>& found, const Com
   return kept;
 }
 
-/// Returns "X0,Y0,Z0,X1,Y1,Z1", as --crop-box takes it, and where --crop-sphere likely belongs.
-std::string place_of(const soup::Model& model, bool has_cameras) {
-  glm::dvec3 low(model.vertices[0]), high = low;
-  for (const glm::dvec3 v : model.vertices) low = glm::min(low, v), high = glm::max(high, v);
-  low += model.origin, high += model.origin;
+/// Returns "X0,Y0,Z0,X1,Y1,Z1" of the triangles, as --crop-box takes it, and where --crop-sphere likely belongs.
+std::string place_of(const soup::ModelFile& file, const std::vector<std::uint32_t>& triangles) {
+  glm::dvec3 low(kMostNumber), high(-kMostNumber);
+  for (const std::uint32_t t : triangles)
+    for (const glm::dvec3& v : corners_of(file.model, t)) low = glm::min(low, v), high = glm::max(high, v);
   std::string text =
       fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", low.x, low.y, low.z, high.x, high.y, high.z);
   // The origin of normalised coordinates, at a mean distance of 1 from the cameras (scene/normalisation.h).
-  const glm::dvec3 c = model.centre;
-  if (has_cameras)
-    text += fmt::format("; cameras look at {:.4g},{:.4g},{:.4g} from {:.3g} away", c.x, c.y, c.z, 1 / model.scale);
+  const glm::dvec3 c = file.model.centre;
+  if (!file.cameras.empty())
+    text += fmt::format("; cameras look at {:.4g},{:.4g},{:.4g} from {:.3g} away", c.x, c.y, c.z, 1 / file.model.scale);
   return text;
 }
 
 void run(const CommandLine& c) {
   const fs::path path = soup::model_in(c.model);
-  const fs::path output = c.dry_run ? fs::path() : new_file(c, path);
-  const std::string bytes = read_file(path);
-  const soup::ModelFile file = soup::decode_model(std::as_bytes(std::span(bytes)), path.string());
-  const soup::ModelFileOptions about = same_options(file, bytes, path.string());
-
-  const soup::Model region = soup::selected(file.model, cropped(file.model, about.bake_directions, c));
-  const auto found = soup::pieces(region.vertices, c.gap);
+  const fs::path output = c.dry_run ? path : new_file(c, path);
+  const Opened opened(path);
+  const std::vector<std::uint32_t> region = cropped(opened, c);
+  const auto found = soup::pieces(soup::selected(opened.file.model, region).vertices, c.gap);
   const auto kept = chosen(found, c);
   std::vector<std::uint32_t> triangles;
   for (const soup::Piece& piece : kept)
-    triangles.insert(triangles.end(), piece.triangles.begin(), piece.triangles.end());
+    for (const std::uint32_t t : piece.triangles) triangles.push_back(region[t]);
   std::sort(triangles.begin(), triangles.end());
-  if (triangles.empty())
-    throw Error("{}: no triangles would remain of {}; remove less", printable(path.string()), file.model.triangles());
-  const soup::Model model = soup::selected(region, triangles);
-  const std::vector<std::byte> written = soup::encode_model(model, about);
-  if (!c.dry_run) write_file_atomically(output, written);
-  fmt::print("{}: {} of {} triangles, {} of {} pieces, {:.2f} of {:.2f} MB, in {}\n",
-             c.dry_run ? path.string() : output.string(), model.triangles(), file.model.triangles(), kept.size(),
-             found.size(), 1e-6 * static_cast<double>(written.size()), 1e-6 * static_cast<double>(bytes.size()),
-             place_of(model, !file.cameras.empty()));
+  const std::size_t all = opened.file.model.triangles();
+  if (triangles.empty()) throw Error("{}: no triangles would remain of {}; remove less", printable(path.string()), all);
+  const std::vector<std::byte> bytes = opened.encoded(triangles);
+  if (!c.dry_run) write_file_atomically(output, bytes);
+  fmt::print("{}: {} of {} triangles, {} of {} pieces, {:.2f} of {:.2f} MB, in {}\n", output.string(), triangles.size(),
+             all, kept.size(), found.size(), 1e-6 * static_cast<double>(bytes.size()),
+             1e-6 * static_cast<double>(opened.bytes.size()), place_of(opened.file, triangles));
 }
 
 }  // namespace

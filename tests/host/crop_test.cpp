@@ -91,7 +91,7 @@ TEST_CASE("mean colours are those of drawn samples, or of all if none is drawn")
   soup::Model model = three_triangles();
   std::vector<std::uint8_t> baked(model.lattice.size() / soup::kChannels * 3, 255);
   for (std::size_t s = 0; s < baked.size() / 3; ++s) model.lattice[s * soup::kChannels + 7] = 0;
-  baked[0] = baked[1] = baked[2] = 0;   // one of three samples of triangle 0, none of which is drawn
+  baked[0] = baked[1] = baked[2] = 0;  // one of three samples of triangle 0, none of which is drawn
   const std::size_t last = baked.size() / 3 - 1;
   model.lattice[last * soup::kChannels + 7] = 128;  // the only drawn sample of triangle 2
   baked[3 * last] = baked[3 * last + 2] = 51;

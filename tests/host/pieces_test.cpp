@@ -101,7 +101,7 @@ TEST_CASE("the tree finds the pieces that comparing all pairs finds") {
   const std::size_t count = 500;
   for (std::size_t t = 0; t < count; ++t) {
     const glm::vec3 at(random.uniform01(), random.uniform01(), random.uniform01());
-    const float size = t % 50 == 0 ? 0.4f : 0.06f;
+    const float size = t % 50 == 0 ? 0.4f : 0.12f;
     for (int k = 0; k < 3; ++k)
       soup.push_back(at + size * glm::vec3(random.uniform01(), random.uniform01(), random.uniform01()));
   }
@@ -116,8 +116,7 @@ TEST_CASE("the tree finds the pieces that comparing all pairs finds") {
   for (std::size_t t = 0; t < count; ++t) label[t] = t;
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = 0; b < a; ++b) {
-      if (label[a] == label[b] ||
-          soup::distance(corners(a), corners(b)) > 0.1 * std::min(longest(a), longest(b)))
+      if (label[a] == label[b] || soup::distance(corners(a), corners(b)) > 0.1 * std::min(longest(a), longest(b)))
         continue;
       const std::size_t from = label[a], to = label[b];
       for (std::size_t& l : label)
@@ -126,7 +125,7 @@ TEST_CASE("the tree finds the pieces that comparing all pairs finds") {
   const auto found = soup::pieces(soup, 0.1);
   CHECK(found.size() == std::set(label.begin(), label.end()).size());
   CHECK(found.size() > 20);
-  CHECK(found.size() < count / 2 + 200);
+  CHECK(found[0].triangles.size() > 10);
   for (const soup::Piece& piece : found)
     for (const std::uint32_t t : piece.triangles) CHECK(label[t] == label[piece.triangles[0]]);
 }

@@ -26,7 +26,8 @@ double sampled_distance(const Corners3& a, const Corners3& b, int side) {
       for (int j = 0; i + j <= side; ++j)
         f(t[0] + (double(i) / side) * (t[1] - t[0]) + (double(j) / side) * (t[2] - t[0]));
   };
-  each(a, [&](const glm::dvec3& p) { each(b, [&](const glm::dvec3& q) { best = std::min(best, glm::distance(p, q)); }); });
+  each(a,
+       [&](const glm::dvec3& p) { each(b, [&](const glm::dvec3& q) { best = std::min(best, glm::distance(p, q)); }); });
   return best;
 }
 
@@ -60,7 +61,8 @@ TEST_CASE("distances agree with those of points on random triangles") {
   int apart = 0;
   for (int i = 0; i < 60; ++i) {
     Corners3 a, b;
-    for (std::size_t k = 0; k < 3; ++k) a[k] = random_point(random), b[k] = random_point(random) + glm::dvec3(0.5, 0, 0);
+    for (std::size_t k = 0; k < 3; ++k)
+      a[k] = random_point(random), b[k] = random_point(random) + glm::dvec3(0.5, 0, 0);
     const double exact = soup::distance(a, b), sampled = sampled_distance(a, b, 24);
     CHECK(exact == Approx(soup::distance(b, a)).margin(1e-12));
     CHECK(exact <= sampled + 1e-12);
