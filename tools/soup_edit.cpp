@@ -288,7 +288,8 @@ std::string place_of(const soup::ModelFile& file, const std::vector<std::uint32_
   std::string text =
       fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", low.x, low.y, low.z, high.x, high.y, high.z);
   // The origin of normalised coordinates, at a mean distance of 1 from the cameras (scene/normalisation.h).
-  const glm::dvec3 c = file.model.centre;
+  const double unit = 1e-3 / file.model.scale;
+  const glm::dvec3 c = unit * glm::round(file.model.centre / unit) + 0.0;  // adding 0 turns -0 to 0
   if (!file.cameras.empty())
     text += fmt::format("; cameras look at {:.4g},{:.4g},{:.4g} from {:.3g} away", c.x, c.y, c.z, 1 / file.model.scale);
   return text;
