@@ -101,7 +101,7 @@ TEST_CASE("the tree finds the pieces that comparing all pairs finds") {
   const std::size_t count = 500;
   for (std::size_t t = 0; t < count; ++t) {
     const glm::vec3 at(random.uniform01(), random.uniform01(), random.uniform01());
-    const float size = t % 50 == 0 ? 0.4f : 0.12f;
+    const float size = t % 50 == 0 ? 0.6f : 0.2f;
     for (int k = 0; k < 3; ++k)
       soup.push_back(at + size * glm::vec3(random.uniform01(), random.uniform01(), random.uniform01()));
   }
