@@ -3,7 +3,8 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS soup-train soup-simplify soup-view soup-eval soup-export soup-bench RUNTIME COMPONENT programs)
+install(TARGETS soup-train soup-simplify soup-view soup-edit soup-eval soup-export soup-bench
+        RUNTIME COMPONENT programs)
 
 set(libraries trisoup kernels)
 if(TRISOUP_CUDA)

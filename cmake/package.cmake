@@ -20,7 +20,7 @@ set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
 "Turns photographs of a scene into a few thousand opaque, textured
 triangles that any GPU draws in real time. Training runs in Vulkan
 compute on any vendor's GPU, or on the CPU. Programs: soup-train,
-soup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
+soup-simplify, soup-view, soup-edit, soup-eval, soup-export, soup-bench.")
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};trisoup;programs;/")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
@@ -37,6 +37,7 @@ set(man_pages
     "soup-train|trains a soup of textured triangles on photographs"
     "soup-simplify|makes a trained soup smaller until it just meets a goal"
     "soup-view|shows a soup in real time, or draws it to files"
+    "soup-edit|removes parts of a soup that do not belong to the scene"
     "soup-eval|measures a soup on photographs that were held out"
     "soup-export|writes a soup as a page, a mesh or a collider for other programs"
     "soup-bench|measures trainings, steps and pictures")

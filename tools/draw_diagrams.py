@@ -79,7 +79,7 @@ class Folder(NamedTuple):
 
 LAYERS = [
     [Folder("trainer/", ["soup-train, soup-simplify"]),
-     Folder("tools/", ["soup-eval, soup-export,", "soup-bench"]),
+     Folder("tools/", ["soup-edit, soup-eval,", "soup-export, soup-bench"]),
      Folder("viewer/", ["soup-view, window of", "soup-train"]),
      Folder("cli/, pages/, web/", ["shared options, web pages,", "viewer for browsers"])],
     [Folder("engine/api/", ["public C++ interface"]),
