@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
@@ -51,21 +52,30 @@ CLI::Validator between(double low, double high) {
 
 /// Returns an error message if options contradict each other, else null.
 const char* contradiction(const CLI::App& app, const CommandLine& c) {
-  if (c.path && !c.output) return "--path needs -o FOLDER";
+  const bool views = c.path || c.cameras;
+  if (c.path && !c.output && !c.video) return "--path needs -o FOLDER or --video FILE";
+  if (c.cameras && !c.output && !c.video) return "--cameras needs -o FOLDER or --video FILE";
   if (c.serving.serve && (c.output || c.json)) return "--serve writes no files; leave out -o and --json";
+  if (c.video && !views) return "--video needs --path or --cameras; give one of them";
+  if (c.video && std::filesystem::path(*c.video).extension() != ".mp4")
+    return "--video writes MP4; end its name with .mp4";
+  if (c.video && c.size && (c.size->x % 2 != 0 || c.size->y % 2 != 0)) return "--video needs an even --size";
+  if (c.fps && !c.cameras && !c.video) return "--fps needs --cameras or --video; give one of them";
+  if (!c.dataparser.empty() && !c.cameras) return "--dataparser needs --cameras; give both";
   if (c.json && !c.benchmark) return "--json needs --benchmark; give both";
   const bool orbit = c.path == "orbit";
+  if (c.frames && c.cameras) return "--frames is for --path; give --fps with --cameras";
   if (c.frames && !c.path && !c.benchmark) return "--frames needs --path or --benchmark; give one of them";
   if (c.elevation && !orbit && !c.screenshot) return "--elevation needs --path orbit or --screenshot; give one of them";
   if (c.elevation && c.camera) return "--camera and --elevation exclude each other; give one of them";
-  if (c.camera && (c.path || c.benchmark))
-    return "--camera is for --screenshot and the window; leave it out with --path and --benchmark";
+  if (c.camera && (views || c.benchmark))
+    return "--camera is for --screenshot and the window; leave it out with --path, --cameras and --benchmark";
   if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel)
     return "--channel needs --mode channel; give both";
-  if (c.output && !c.path) return "-o needs --path; give both (--screenshot FILE names its own file)";
+  if (c.output && !views) return "-o needs --path or --cameras; give both (--screenshot FILE names its own file)";
   if ((c.camera || !c.dataset.empty()) && c.model.empty())
     return "--camera and --dataset need a model: soup-view MODEL ...";
-  if ((c.screenshot || c.path || c.benchmark || c.serving.serve) && c.model.empty())
+  if ((c.screenshot || views || c.benchmark || c.serving.serve) && c.model.empty())
     return "a model is required: soup-view MODEL ...";
   return nullptr;
 }
@@ -82,7 +92,21 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
                               "orbit, cameras or hemisphere (the views of --benchmark): write one image per view to -o")
                    ->check(CLI::IsMember({"orbit", "cameras", "hemisphere"}))
                    ->group(without);
-  app.add_option("-o,--output", c.output, "folder for the images of --path")->group(without);
+  auto* cameras = app.add_option("--cameras", c.cameras,
+                                 "write one image per view of this file to -o: a camera path of web pages or of\n"
+                                 "nerfstudio, or a transforms.json")
+                      ->group(without)
+                      ->excludes(screenshot)
+                      ->excludes(path);
+  app.add_option("--dataparser", c.dataparser,
+                 "dataparser_transforms.json that takes nerfstudio's coordinates in --cameras to the dataset's\n"
+                 "[none: they are the dataset's]")
+      ->group(without);
+  app.add_option("--fps", c.fps, "images per second of --cameras and --video [as in the file; else 30]")
+      ->check(between(0.001, 1000))
+      ->group(without);
+  app.add_option("-o,--output", c.output, "folder for the images of --path and --cameras")->group(without);
+  app.add_option("--video", c.video, "MP4 file for the images of --path or --cameras; needs ffmpeg")->group(without);
   app.add_option("--frames", c.frames,
                  "number of views for --path and the hemisphere of --benchmark [120]; for --path cameras: on the "
                  "straight way from each training camera to the next [each camera]")
@@ -96,7 +120,8 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
                                  "measure the frame time from the model's cameras and from the upper hemisphere")
                         ->group(without)
                         ->excludes(screenshot)
-                        ->excludes(path);
+                        ->excludes(path)
+                        ->excludes(cameras);
   app.add_option("--json", c.json, "write the results of --benchmark to this file; -: standard output")->group(without);
   screenshot->excludes(path);
   serving
@@ -106,6 +131,7 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
            c.model, false)
       ->excludes(screenshot)
       ->excludes(path)
+      ->excludes(cameras)
       ->excludes(benchmark);
 }
 
@@ -175,10 +201,12 @@ std::string read_texts(const Texts& texts, CommandLine& c) {
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
   CLI::App app{
-      "Shows a soup in real time. Opens a window unless --screenshot, --path, --benchmark or --serve is given.\n"
+      "Shows a soup in real time. Opens a window unless --screenshot, --path, --cameras, --benchmark or --serve is "
+      "given.\n"
       "  soup-view model.glb\n"
       "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
       "  soup-view model.glb --path orbit --frames 120 -o frames\n"
+      "  soup-view model.glb --cameras path.json --video flight.mp4\n"
       "  soup-view model.glb --benchmark --json times.json\n"
       "  soup-view model.glb --serve"};
   print_errors_in_one_line(app, "soup-view");

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,8 +14,10 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "cli/output_text.h"
+#include "file_cameras.h"
 #include "image/image_file.h"
 #include "train/quality/evaluate.h"
+#include "video.h"
 
 namespace trisoup::viewer {
 namespace {
@@ -78,25 +81,46 @@ void screenshot(Setting& s) {
   write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
 }
 
-void path(Setting& s) {
-  std::vector<scene::Camera> cameras;
-  if (*s.options.path == "orbit") {
-    cameras = render::orbit(s.subject.framing, s.frames(), s.elevation(), 0, s.size().x, s.size().y);
-  } else if (*s.options.path == "hemisphere") {
-    cameras = render::hemisphere(s.subject.framing, s.frames(), s.size().x, s.size().y);
-  } else {
-    for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
-      if (!s.options.frames || !s.subject.cameras[i].test) cameras.push_back(s.camera(i));
-    if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);
-    if (s.options.frames) cameras = render::along(cameras, *s.options.frames);
-  }
-  const std::filesystem::path folder(*s.options.output);
+void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw Error("{}: cannot be created ({}); choose another folder with -o", folder.string(), error.message());
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    write_png(folder / fmt::format("{:05}.png", i), s.renderer.picture(s.model, s.view(cameras[i]), s.draw));
 }
+
+/// Writes the views as pictures, as a video, or both.
+void write_views(Setting& s, const FileCameras& views) {
+  std::vector<scene::Camera> cameras = views.cameras;
+  std::optional<Video> video;
+  if (s.options.video) {
+    // Pictures of a video have one size, and yuv420p needs even sides.
+    const glm::ivec2 size(std::max(2, cameras[0].width & ~1), std::max(2, cameras[0].height & ~1));
+    for (scene::Camera& camera : cameras)
+      if (glm::ivec2(camera.width, camera.height) != size) camera = render::reshaped(camera, size.x, size.y);
+    video.emplace(*s.options.video, size.x, size.y, views.fps);
+  }
+  const std::filesystem::path folder(s.options.output.value_or(""));
+  if (s.options.output) make_folder(folder);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Image image = s.renderer.picture(s.model, s.view(cameras[i]), s.draw);
+    if (s.options.output) write_png(folder / fmt::format("{:05}.png", i), image);
+    if (video) video->add(image);
+  }
+  if (video) video->finish();
+}
+
+std::vector<scene::Camera> path_cameras(const Setting& s) {
+  if (*s.options.path == "orbit")
+    return render::orbit(s.subject.framing, s.frames(), s.elevation(), 0, s.size().x, s.size().y);
+  if (*s.options.path == "hemisphere") return render::hemisphere(s.subject.framing, s.frames(), s.size().x, s.size().y);
+  std::vector<scene::Camera> cameras;
+  for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
+    if (!s.options.frames || !s.subject.cameras[i].test) cameras.push_back(s.camera(i));
+  if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);
+  if (s.options.frames) cameras = render::along(cameras, *s.options.frames);
+  return cameras;
+}
+
+void path(Setting& s) { write_views(s, {path_cameras(s), s.options.fps.value_or(30)}); }
 
 json statistics(std::vector<double> ms) {
   std::sort(ms.begin(), ms.end());
@@ -162,6 +186,8 @@ void run_headless(gpu::Device& gpu, const CommandLine& options, const Subject& s
   Setting setting(gpu, options, subject);
   if (options.screenshot) screenshot(setting);
   if (options.path) path(setting);
+  if (options.cameras)
+    write_views(setting, read_file_cameras(subject, *options.cameras, {options.dataparser, options.size, options.fps}));
   if (options.benchmark) benchmark(setting);
   const auto messages = gpu.validation_messages();
   if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());
