@@ -4,8 +4,10 @@
 
 #include <filesystem>
 #include <map>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/printable.h"
 #include "cli/parse_errors.h"
@@ -61,6 +63,10 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
     return "--video writes MP4; end its name with .mp4";
   if (c.video && c.size && (c.size->x % 2 != 0 || c.size->y % 2 != 0)) return "--video needs an even --size";
   if (c.fps && !c.cameras && !c.video) return "--fps needs --cameras or --video; give one of them";
+  const bool pictures = c.screenshot || (views && c.output);
+  if (!c.data.empty() && !pictures) return "--data needs --screenshot, or -o with --path or --cameras";
+  if (c.transparent && !pictures) return "--background none needs --screenshot, or -o with --path or --cameras";
+  if (c.transparent && c.video) return "--background none is for pictures; leave out --video";
   if (!c.dataparser.empty() && !c.cameras) return "--dataparser needs --cameras; give both";
   if (c.json && !c.benchmark) return "--json needs --benchmark; give both";
   const bool orbit = c.path == "orbit";
@@ -82,7 +88,7 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
 
 /// Texts of options that are parsed after all options are known. Empty: not given.
 struct Texts {
-  std::string size, background, up, mode, aa;
+  std::string size, background, up, mode, aa, data;
 };
 
 void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving) {
@@ -168,17 +174,41 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
                  "anti-aliasing: none, msaa (4 visibility samples) or ssaa (2 x 2 shaded samples)\n"
                  "[msaa; none for --benchmark and in windows drawn by a CPU]")
       ->group(picture);
-  app.add_option("--background", texts.background, "white, black or R,G,B from 0 to 1 [from the model]")
+  app.add_option(
+         "--data", texts.data,
+         "kinds separated by commas, each written as NAME.KIND.npy beside its image; the centre of each pixel:\n"
+         "depth, ray_depth: along the viewing axis, from the eye; dataset units, infinite where nothing is\n"
+         "triangle: number from 0, -1 where nothing is\n"
+         "barycentrics: weights of its three vertices; normal: unit length, dataset axes, towards the camera;\n"
+         "  0 where nothing is\n"
+         "alpha: coverage from 0 to 1, anti-aliased")
       ->group(picture);
+  app.add_option("--background", texts.background,
+                 "white, black, none (transparent PNG) or R,G,B from 0 to 1 [from the model]")
+      ->group(picture);
+}
+
+/// Parses the list of --data. Returns an error message, or an empty string.
+std::string read_data(const std::string& list, CommandLine& c) {
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    const auto kind = pixel_data_from(name);
+    if (!kind)
+      return fmt::format("--data {}: give some of {}, separated by commas", printable(list),
+                         fmt::join(kPixelDataNames, ", "));
+    c.data.push_back(*kind);
+  }
+  return {};
 }
 
 /// Parses `texts` into `c`. Returns an error message, or an empty string.
 std::string read_texts(const Texts& texts, CommandLine& c) {
-  const auto& [size, background, up, mode, aa] = texts;
+  const auto& [size, background, up, mode, aa, data] = texts;
   if (!size.empty() && !(c.size = size_from(size)))
     return fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size);
-  if (!background.empty() && !(c.background = colour_from(background)))
-    return fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background);
+  c.transparent = background == "none";
+  if (!background.empty() && !c.transparent && !(c.background = colour_from(background)))
+    return fmt::format("--background {}: give white, black, none or R,G,B from 0 to 1", background);
   if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f && glm::length(*c.up) < 1e12f)))
     return fmt::format("--up {}: give three numbers X,Y,Z, not all zero and below 1e12", printable(up));
   if (!mode.empty()) {
@@ -193,7 +223,7 @@ std::string read_texts(const Texts& texts, CommandLine& c) {
     if (!a) return fmt::format("--aa {}: give none, msaa or ssaa", aa);
     c.aa = *a;
   }
-  return {};
+  return read_data(data, c);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "file_cameras.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -69,6 +70,7 @@ FileCameras of_transforms(const Subject& subject, const std::string& text, const
   const scene::Transforms transforms = scene::parse_transforms(text, name, findings);
   if (findings.left_out("photographs") > 0)
     throw Error("{}; correct or remove them, since each frame is a picture", findings.lines().front());
+  if (transforms.frames.empty()) throw Error("{}: has no frames; export the poses again", name);
   FileCameras result;
   for (const scene::TransformsFrame& frame : transforms.frames) {
     if (frame.lens.is_panorama())

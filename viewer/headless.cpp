@@ -11,11 +11,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "base/read_file.h"
 #include "cli/output_text.h"
 #include "file_cameras.h"
 #include "image/image_file.h"
+#include "pixel_data.h"
 #include "train/quality/evaluate.h"
 #include "video.h"
 
@@ -50,10 +53,11 @@ struct Setting {
 
   double near() const { return options.near.value_or(subject.near); }
   double far() const { return options.far.value_or(subject.far); }
-  render::View view(scene::Camera camera) const {
+  scene::Camera lens(scene::Camera camera) const {
     if (options.fov) camera.fx = camera.fy = 0.5 * camera.height / std::tan(0.5 * *options.fov * kDegrees);
-    return render::view_of(camera, near(), far());
+    return camera;
   }
+  render::View view(const scene::Camera& camera) const { return render::view_of(lens(camera), near(), far()); }
   int frames() const { return options.frames.value_or(120); }
   double elevation() const { return options.elevation.value_or(20.0) * kDegrees; }
   glm::ivec2 size() const {
@@ -65,6 +69,47 @@ struct Setting {
     return options.size ? render::reshaped(c, options.size->x, options.size->y) : c;
   }
 };
+
+Image transparent_picture(Setting& s, const render::View& view) {
+  render::DrawOptions draw = s.draw;
+  draw.background = glm::vec3(0.0f);
+  const Image over_black = s.renderer.picture(s.model, view, draw);
+  draw.background = glm::vec3(1.0f);
+  return transparent(over_black, s.renderer.picture(s.model, view, draw));
+}
+
+/// Writes NAME.KIND.npy beside NAME.png.
+void write_data(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
+  const scene::Camera drawn = s.lens(camera);
+  const render::View view = s.view(camera);
+  std::vector<SurfacePoint> points;
+  for (const PixelData kind : s.options.data) {
+    std::string bytes;
+    if (kind == PixelData::alpha) {
+      bytes = npy_of_alpha(transparent_picture(s, view));
+    } else {
+      if (points.empty()) {
+        render::DrawOptions one_sample = s.draw;
+        one_sample.aa = render::AntiAliasing::none;
+        s.renderer.picture(s.model, view, one_sample);
+        points = surface_points(s.subject.model, drawn, s.renderer.hits());
+      }
+      bytes = npy_of(kind, points, drawn, s.subject.model);
+    }
+    std::filesystem::path path = png;
+    path.replace_extension(fmt::format(".{}.npy", kPixelDataNames[static_cast<std::size_t>(kind)]));
+    write_file_atomically(path, bytes_of(bytes));
+  }
+}
+
+/// Writes a picture and its data. Returns the picture.
+Image write_picture(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
+  const render::View view = s.view(camera);
+  Image image = s.options.transparent ? transparent_picture(s, view) : s.renderer.picture(s.model, view, s.draw);
+  write_png(png, image);
+  write_data(s, png, camera);
+  return image;
+}
 
 void screenshot(Setting& s) {
   scene::Camera camera;
@@ -78,7 +123,7 @@ void screenshot(Setting& s) {
   const std::string ending = std::filesystem::path(*s.options.screenshot).extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG")
     throw Error("--screenshot {}: images are written as PNG; give a name that ends with .png", *s.options.screenshot);
-  write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
+  write_picture(s, *s.options.screenshot, camera);
 }
 
 void make_folder(const std::filesystem::path& folder) {
@@ -101,8 +146,8 @@ void write_views(Setting& s, const FileCameras& views) {
   const std::filesystem::path folder(s.options.output.value_or(""));
   if (s.options.output) make_folder(folder);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const Image image = s.renderer.picture(s.model, s.view(cameras[i]), s.draw);
-    if (s.options.output) write_png(folder / fmt::format("{:05}.png", i), image);
+    const Image image = s.options.output ? write_picture(s, folder / fmt::format("{:05}.png", i), cameras[i])
+                                         : s.renderer.picture(s.model, s.view(cameras[i]), s.draw);
     if (video) video->add(image);
   }
   if (video) video->finish();

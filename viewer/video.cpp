@@ -4,8 +4,10 @@
 
 #include <csignal>
 #include <span>
+#include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -35,15 +37,16 @@ Video::Video(std::filesystem::path path, int width, int height, double fps) : pa
   log_ += fmt::format(".{}.log", ::getpid());
   // After a signal the temporary file is removed.
   for (const int signal : kStopSignals) std::signal(signal, [](int) { video_stopped = 1; });
-  const std::string size = fmt::format("{}x{}", width, height), rate = fmt::format("{:.9g}", fps);
+  std::istringstream options(
+      fmt::format("-hide_banner -loglevel error -y -f rawvideo -pixel_format rgba -video_size {}x{} -framerate {:.9g} "
+                  "-i pipe:0 -vf scale=out_color_matrix=bt709:out_range=tv -c:v libx264 -crf 16 -pix_fmt yuv420p "
+                  "-colorspace bt709 -color_primaries bt709 -color_trc iec61966-2-1 -movflags +faststart -f mp4",
+                  width, height, fps));
+  std::vector<std::string> arguments{ffmpeg.string()};
+  for (std::string option; options >> option;) arguments.push_back(option);
   // The prefix is needed because ffmpeg interprets text before a colon as a protocol.
-  ffmpeg_.emplace(
-      std::vector<std::string>{ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo",
-                               "-pixel_format", "rgba", "-video_size", size, "-framerate", rate, "-i", "pipe:0", "-vf",
-                               "scale=out_color_matrix=bt709:out_range=tv", "-c:v", "libx264", "-crf", "16", "-pix_fmt",
-                               "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
-                               "iec61966-2-1", "-movflags", "+faststart", "-f", "mp4", "file:" + temporary_.string()},
-      log_);
+  arguments.push_back("file:" + temporary_.string());
+  ffmpeg_.emplace(arguments, log_);
 }
 
 Video::~Video() {

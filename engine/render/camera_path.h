@@ -26,9 +26,9 @@ struct KeyShot {
 };
 
 struct CameraPath {
-  std::vector<KeyShot> keys;      // at least one; times ascend
-  bool loop = false;              // the end is followed by the start
-  std::optional<double> fps;      // set if each key frame is one picture (nerfstudio)
+  std::vector<KeyShot> keys;       // at least one; times ascend
+  bool loop = false;               // the end is followed by the start
+  std::optional<double> fps;       // set if each key frame is one picture (nerfstudio)
   std::optional<glm::ivec2> size;  // of its pictures, pixels
 
   double seconds() const { return keys.back().time; }

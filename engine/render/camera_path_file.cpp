@@ -192,7 +192,8 @@ CameraPath read_camera_path(const json& document, const std::string& name, const
   if (nerfstudio) {
     lasts = frame_seconds(document, list.size(), name);
     path.fps = 1 / lasts;
-    if (const json fps = member(document, "fps"); fps.is_number() && fps.get<double>() > 0) path.fps = fps.get<double>();
+    if (const json fps = member(document, "fps"); fps.is_number() && fps.get<double>() > 0)
+      path.fps = fps.get<double>();
     path.size = size_of(document, name);
   }
   for (std::size_t i = 0; i < list.size(); ++i) {
