@@ -65,8 +65,8 @@ std::vector<SurfacePoint> surface_points(const soup::Model& model, const scene::
       point.barycentrics[k] = static_cast<float>(b[k]);
       point.position += b[k] * glm::dvec3(corners[k]);
     }
-    const glm::dvec3 normal = glm::cross(glm::dvec3(corners[0]) - glm::dvec3(corners[2]),
-                                         glm::dvec3(corners[1]) - glm::dvec3(corners[2]));
+    const glm::dvec3 normal =
+        glm::cross(glm::dvec3(corners[0]) - glm::dvec3(corners[2]), glm::dvec3(corners[1]) - glm::dvec3(corners[2]));
     const double length = glm::length(normal);
     if (length > 0) point.normal = glm::vec3(normal * ((glm::dot(normal, ray) > 0 ? -1 : 1) / length));
   }
@@ -99,8 +99,8 @@ Image transparent(const Image& over_black, const Image& over_white) {
     for (std::size_t c = 0; c < 3; ++c) gained += over_white.rgba[i + c] - over_black.rgba[i + c];
     const int alpha = std::clamp(255 - static_cast<int>(std::lround(gained / 3.0)), 0, 255);
     for (std::size_t c = 0; c < 3; ++c)
-      image.rgba[i + c] = static_cast<std::uint8_t>(
-          alpha == 0 ? 0 : std::min(255, (over_black.rgba[i + c] * 255 + alpha / 2) / alpha));
+      image.rgba[i + c] =
+          static_cast<std::uint8_t>(alpha == 0 ? 0 : std::min(255, (over_black.rgba[i + c] * 255 + alpha / 2) / alpha));
     image.rgba[i + 3] = static_cast<std::uint8_t>(alpha);
   }
   return image;

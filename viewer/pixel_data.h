@@ -23,10 +23,10 @@ std::optional<PixelData> pixel_data_from(std::string_view name);
 
 /// Where the ray through the centre of a pixel meets its visible triangle.
 struct SurfacePoint {
-  std::int32_t triangle = -1;          // -1: nothing is visible, and the rest is 0
+  std::int32_t triangle = -1;           // -1: nothing is visible, and the rest is 0
   std::array<float, 3> barycentrics{};  // weights of the triangle's three vertices
-  glm::dvec3 position{0.0};            // normalised coordinates
-  glm::vec3 normal{0.0f};              // unit length, on the side of the camera
+  glm::dvec3 position{0.0};             // normalised coordinates
+  glm::vec3 normal{0.0f};               // unit length, on the side of the camera
 };
 
 /// Returns a point for each pixel, row 0 at the top. At the edges of a triangle, where the rasteriser rounds, the point

@@ -34,7 +34,7 @@ ValueMap decoded(PixelData kind, const std::vector<viewer::SurfacePoint>& points
 
 struct Drawn {
   soup::Model model;
-  scene::Camera camera = render::look_at({0.9, -0.5, 0.3}, {0, 0, 0}, {0, 0, 1}, 0.9, 120, 90);
+  scene::Camera camera = render::look_at({0.9, -0.5, 0.3}, {0, 0, 0}, {0, 0, 1}, 0.4, 120, 90);
   Image black, white;
   std::vector<std::uint32_t> hits;
 
@@ -133,13 +133,14 @@ TEST_CASE("a transparent picture gives both backgrounds back", "[renderer][pixel
     for (std::size_t c = 0; c < 3; ++c) {
       const double colour = image.rgba[i + c] * alpha / 255.0;
       most = std::max(most, static_cast<int>(std::ceil(std::abs(colour - drawn.black.rgba[i + c]) - 1e-9)));
-      most = std::max(most,
-                      static_cast<int>(std::ceil(std::abs(colour + 255 - alpha - drawn.white.rgba[i + c]) - 1e-9)));
+      most =
+          std::max(most, static_cast<int>(std::ceil(std::abs(colour + 255 - alpha - drawn.white.rgba[i + c]) - 1e-9)));
     }
   }
   CAPTURE(whole, none, part);
   CHECK(whole > 1000);
   CHECK(none > 500);
   CHECK(part > 50);
-  CHECK(most <= 1);
+  // Both pictures and the colour are rounded, by up to half each, and so is their difference.
+  CHECK(most <= 2);
 }

@@ -58,9 +58,8 @@ TEST_CASE("camera paths have the cameras of web pages", "[camera_path]") {
     for (std::size_t i = 0; i < one["times"].size(); ++i) {
       CAPTURE(i);
       const json& expected = one["cameras"][i];
-      const scene::Camera camera =
-          render::camera_of(render::shot_at(path.keys, one["times"][i].get<double>()), one["size"][0].get<int>(),
-                            one["size"][1].get<int>());
+      const scene::Camera camera = render::camera_of(render::shot_at(path.keys, one["times"][i].get<double>()),
+                                                     one["size"][0].get<int>(), one["size"][1].get<int>());
       CHECK(glm::length(camera.centre() - vector_from(expected["eye"])) < 1e-9);
       for (int axis = 0; axis < 9; ++axis)
         CHECK(std::abs(camera.world_to_camera[axis % 3][axis / 3] -
@@ -114,8 +113,9 @@ TEST_CASE("a path that is none names the key frame", "[camera_path]") {
 
 TEST_CASE("nerfstudio's path gives a picture for each of its cameras", "[camera_path]") {
   const std::string camera = R"({"fov": 60, "camera_to_world": )" + kPose + "}";
-  const auto views = cameras_from(R"({"render_width": 64, "render_height": 48, "fps": 24, "seconds": 9, "camera_path": [)" +
-                                  camera + "," + camera + "," + camera + "]}");
+  const auto views =
+      cameras_from(R"({"render_width": 64, "render_height": 48, "fps": 24, "seconds": 9, "camera_path": [)" + camera +
+                   "," + camera + "," + camera + "]}");
   REQUIRE(views.cameras.size() == 3);
   CHECK(views.fps == 24);
   CHECK(views.cameras[1].width == 64);
@@ -134,17 +134,19 @@ TEST_CASE("the cameras of a transforms.json are those of its frames", "[camera_p
   CHECK(views.cameras[0].cx == 20);
   CHECK(glm::length(views.cameras[0].centre() - glm::dvec3(0, 0, 0.5)) < 1e-12);
   CHECK(glm::length(views.cameras[0].forward() - glm::dvec3(0, 0, -1)) < 1e-12);
-  CHECK_THROWS_WITH(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}"), Contains("a.png has no size; add w and h"));
+  CHECK_THROWS_WITH(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}"),
+                    Contains("a.png has no size; add w and h"));
   viewer::FileCameraOptions sized;
   sized.size = {80, 60};
-  CHECK(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}", sized).cameras[0].fx ==
-        Approx(40 / std::tan(0.3)));
+  CHECK(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}", sized).cameras[0].fx == Approx(40 / std::tan(0.3)));
   CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "frames": [)" + frame + "]}"), Contains("no focal length"));
   CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": []})"), Contains("views.json"));
   CHECK_THROWS_WITH(cameras_from(R"({"fl_x": 50})"), Contains("has no cameras; give a path"));
-  CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": [)" + frame + R"(, {"file_path": "b.png"}]})"),
-                    Contains("b.png; correct or remove them"));
+  CHECK_THROWS_WITH(
+      cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": [)" + frame + R"(, {"file_path": "b.png"}]})"),
+      Contains("b.png; correct or remove them"));
   viewer::FileCameraOptions parsed;
   parsed.dataparser = "d.json";
-  CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, )" + frames + "}", parsed), Contains("--dataparser"));
+  CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, )" + frames + "}", parsed),
+                    Contains("--dataparser"));
 }
