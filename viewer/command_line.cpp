@@ -2,9 +2,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
 #include <map>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/printable.h"
 #include "cli/parse_errors.h"
@@ -51,28 +54,41 @@ CLI::Validator between(double low, double high) {
 
 /// Returns an error message if options contradict each other, else null.
 const char* contradiction(const CLI::App& app, const CommandLine& c) {
-  if (c.path && !c.output) return "--path needs -o FOLDER";
+  const bool views = c.path || c.cameras;
+  if (c.path && !c.output && !c.video) return "--path needs -o FOLDER or --video FILE";
+  if (c.cameras && !c.output && !c.video) return "--cameras needs -o FOLDER or --video FILE";
   if (c.serving.serve && (c.output || c.json)) return "--serve writes no files; leave out -o and --json";
+  if (c.video && !views) return "--video needs --path or --cameras; give one of them";
+  if (c.video && std::filesystem::path(*c.video).extension() != ".mp4")
+    return "--video writes MP4; end its name with .mp4";
+  if (c.video && c.size && (c.size->x % 2 != 0 || c.size->y % 2 != 0)) return "--video needs an even --size";
+  if (c.fps && !c.cameras && !c.video) return "--fps needs --cameras or --video; give one of them";
+  const bool pictures = c.screenshot || (views && c.output);
+  if (!c.data.empty() && !pictures) return "--data needs --screenshot, or -o with --path or --cameras";
+  if (c.transparent && !pictures) return "--background none needs --screenshot, or -o with --path or --cameras";
+  if (c.transparent && c.video) return "--background none is for pictures; leave out --video";
+  if (!c.dataparser.empty() && !c.cameras) return "--dataparser needs --cameras; give both";
   if (c.json && !c.benchmark) return "--json needs --benchmark; give both";
   const bool orbit = c.path == "orbit";
+  if (c.frames && c.cameras) return "--frames is for --path; give --fps with --cameras";
   if (c.frames && !c.path && !c.benchmark) return "--frames needs --path or --benchmark; give one of them";
   if (c.elevation && !orbit && !c.screenshot) return "--elevation needs --path orbit or --screenshot; give one of them";
   if (c.elevation && c.camera) return "--camera and --elevation exclude each other; give one of them";
-  if (c.camera && (c.path || c.benchmark))
-    return "--camera is for --screenshot and the window; leave it out with --path and --benchmark";
+  if (c.camera && (views || c.benchmark))
+    return "--camera is for --screenshot and the window; leave it out with --path, --cameras and --benchmark";
   if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel)
     return "--channel needs --mode channel; give both";
-  if (c.output && !c.path) return "-o needs --path; give both (--screenshot FILE names its own file)";
+  if (c.output && !views) return "-o needs --path or --cameras; give both (--screenshot FILE names its own file)";
   if ((c.camera || !c.dataset.empty()) && c.model.empty())
     return "--camera and --dataset need a model: soup-view MODEL ...";
-  if ((c.screenshot || c.path || c.benchmark || c.serving.serve) && c.model.empty())
+  if ((c.screenshot || views || c.benchmark || c.serving.serve) && c.model.empty())
     return "a model is required: soup-view MODEL ...";
   return nullptr;
 }
 
 /// Texts of options that are parsed after all options are known. Empty: not given.
 struct Texts {
-  std::string size, background, up, mode, aa;
+  std::string size, background, up, mode, aa, data;
 };
 
 void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving) {
@@ -82,7 +98,21 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
                               "orbit, cameras or hemisphere (the views of --benchmark): write one image per view to -o")
                    ->check(CLI::IsMember({"orbit", "cameras", "hemisphere"}))
                    ->group(without);
-  app.add_option("-o,--output", c.output, "folder for the images of --path")->group(without);
+  auto* cameras = app.add_option("--cameras", c.cameras,
+                                 "write one image per view of this file to -o: a camera path of web pages or of\n"
+                                 "nerfstudio, or a transforms.json")
+                      ->group(without)
+                      ->excludes(screenshot)
+                      ->excludes(path);
+  app.add_option("--dataparser", c.dataparser,
+                 "dataparser_transforms.json that takes nerfstudio's coordinates in --cameras to the dataset's\n"
+                 "[none: they are the dataset's]")
+      ->group(without);
+  app.add_option("--fps", c.fps, "images per second of --cameras and --video [as in the file; else 30]")
+      ->check(between(0.001, 1000))
+      ->group(without);
+  app.add_option("-o,--output", c.output, "folder for the images of --path and --cameras")->group(without);
+  app.add_option("--video", c.video, "MP4 file for the images of --path or --cameras; needs ffmpeg")->group(without);
   app.add_option("--frames", c.frames,
                  "number of views for --path and the hemisphere of --benchmark [120]; for --path cameras: on the "
                  "straight way from each training camera to the next [each camera]")
@@ -96,7 +126,8 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
                                  "measure the frame time from the model's cameras and from the upper hemisphere")
                         ->group(without)
                         ->excludes(screenshot)
-                        ->excludes(path);
+                        ->excludes(path)
+                        ->excludes(cameras);
   app.add_option("--json", c.json, "write the results of --benchmark to this file; -: standard output")->group(without);
   screenshot->excludes(path);
   serving
@@ -106,6 +137,7 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
            c.model, false)
       ->excludes(screenshot)
       ->excludes(path)
+      ->excludes(cameras)
       ->excludes(benchmark);
 }
 
@@ -142,17 +174,41 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
                  "anti-aliasing: none, msaa (4 visibility samples) or ssaa (2 x 2 shaded samples)\n"
                  "[msaa; none for --benchmark and in windows drawn by a CPU]")
       ->group(picture);
-  app.add_option("--background", texts.background, "white, black or R,G,B from 0 to 1 [from the model]")
+  app.add_option(
+         "--data", texts.data,
+         "kinds separated by commas, each written as NAME.KIND.npy beside its image; the centre of each pixel:\n"
+         "depth, ray_depth: along the viewing axis, from the eye; dataset units, infinite where nothing is\n"
+         "triangle: number from 0, -1 where nothing is\n"
+         "barycentrics: weights of its three vertices; normal: unit length, dataset axes, towards the camera;\n"
+         "  0 where nothing is\n"
+         "alpha: coverage from 0 to 1, anti-aliased")
       ->group(picture);
+  app.add_option("--background", texts.background,
+                 "white, black, none (transparent PNG) or R,G,B from 0 to 1 [from the model]")
+      ->group(picture);
+}
+
+/// Parses the list of --data. Returns an error message, or an empty string.
+std::string read_data(const std::string& list, CommandLine& c) {
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    const auto kind = pixel_data_from(name);
+    if (!kind)
+      return fmt::format("--data {}: give some of {}, separated by commas", printable(list),
+                         fmt::join(kPixelDataNames, ", "));
+    c.data.push_back(*kind);
+  }
+  return {};
 }
 
 /// Parses `texts` into `c`. Returns an error message, or an empty string.
 std::string read_texts(const Texts& texts, CommandLine& c) {
-  const auto& [size, background, up, mode, aa] = texts;
+  const auto& [size, background, up, mode, aa, data] = texts;
   if (!size.empty() && !(c.size = size_from(size)))
     return fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size);
-  if (!background.empty() && !(c.background = colour_from(background)))
-    return fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background);
+  c.transparent = background == "none";
+  if (!background.empty() && !c.transparent && !(c.background = colour_from(background)))
+    return fmt::format("--background {}: give white, black, none or R,G,B from 0 to 1", background);
   if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f && glm::length(*c.up) < 1e12f)))
     return fmt::format("--up {}: give three numbers X,Y,Z, not all zero and below 1e12", printable(up));
   if (!mode.empty()) {
@@ -167,7 +223,7 @@ std::string read_texts(const Texts& texts, CommandLine& c) {
     if (!a) return fmt::format("--aa {}: give none, msaa or ssaa", aa);
     c.aa = *a;
   }
-  return {};
+  return read_data(data, c);
 }
 
 }  // namespace
@@ -175,10 +231,12 @@ std::string read_texts(const Texts& texts, CommandLine& c) {
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
   CLI::App app{
-      "Shows a soup in real time. Opens a window unless --screenshot, --path, --benchmark or --serve is given.\n"
+      "Shows a soup in real time. Opens a window unless --screenshot, --path, --cameras, --benchmark or --serve is "
+      "given.\n"
       "  soup-view model.glb\n"
       "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
       "  soup-view model.glb --path orbit --frames 120 -o frames\n"
+      "  soup-view model.glb --cameras path.json --video flight.mp4\n"
       "  soup-view model.glb --benchmark --json times.json\n"
       "  soup-view model.glb --serve"};
   print_errors_in_one_line(app, "soup-view");

@@ -4,11 +4,13 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <glm/glm.hpp>
 
 #include "cli/serve_options.h"
 #include "gpu/device.h"
+#include "pixel_data.h"
 #include "render/renderer.h"
 
 namespace trisoup::viewer {
@@ -16,12 +18,16 @@ namespace trisoup::viewer {
 struct CommandLine {
   std::string model;    // empty: the window opens without a model
   std::string dataset;  // source of photographs and cameras; empty: the model's cameras
-  std::optional<std::string> screenshot, path, output, camera, json;
+  std::optional<std::string> screenshot, path, output, camera, json, cameras, video;
+  std::vector<PixelData> data;  // written beside each picture
+  bool transparent = false;     // --background none
+  std::string dataparser;       // of nerfstudio; empty: none
   bool benchmark = false, list_devices = false;
   ServeOptions serving;
   std::optional<glm::ivec2> size;  // pixels
   std::optional<int> frames;
   std::optional<double> elevation;       // degrees
+  std::optional<double> fps;             // pictures per second
   std::optional<double> fov, near, far;  // degrees; normalised units
   std::optional<glm::vec3> background, up;
   render::DrawOptions draw;

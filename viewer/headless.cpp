@@ -6,15 +6,21 @@
 #include <cstdio>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "base/read_file.h"
 #include "cli/output_text.h"
+#include "file_cameras.h"
 #include "image/image_file.h"
+#include "pixel_data.h"
 #include "train/quality/evaluate.h"
+#include "video.h"
 
 namespace trisoup::viewer {
 namespace {
@@ -47,10 +53,11 @@ struct Setting {
 
   double near() const { return options.near.value_or(subject.near); }
   double far() const { return options.far.value_or(subject.far); }
-  render::View view(scene::Camera camera) const {
+  scene::Camera lens(scene::Camera camera) const {
     if (options.fov) camera.fx = camera.fy = 0.5 * camera.height / std::tan(0.5 * *options.fov * kDegrees);
-    return render::view_of(camera, near(), far());
+    return camera;
   }
+  render::View view(const scene::Camera& camera) const { return render::view_of(lens(camera), near(), far()); }
   int frames() const { return options.frames.value_or(120); }
   double elevation() const { return options.elevation.value_or(20.0) * kDegrees; }
   glm::ivec2 size() const {
@@ -62,6 +69,47 @@ struct Setting {
     return options.size ? render::reshaped(c, options.size->x, options.size->y) : c;
   }
 };
+
+Image transparent_picture(Setting& s, const render::View& view) {
+  render::DrawOptions draw = s.draw;
+  draw.background = glm::vec3(0.0f);
+  const Image over_black = s.renderer.picture(s.model, view, draw);
+  draw.background = glm::vec3(1.0f);
+  return transparent(over_black, s.renderer.picture(s.model, view, draw));
+}
+
+/// Writes NAME.KIND.npy beside NAME.png.
+void write_data(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
+  const scene::Camera drawn = s.lens(camera);
+  const render::View view = s.view(camera);
+  std::vector<SurfacePoint> points;
+  for (const PixelData kind : s.options.data) {
+    std::string bytes;
+    if (kind == PixelData::alpha) {
+      bytes = npy_of_alpha(transparent_picture(s, view));
+    } else {
+      if (points.empty()) {
+        render::DrawOptions one_sample = s.draw;
+        one_sample.aa = render::AntiAliasing::none;
+        s.renderer.picture(s.model, view, one_sample);
+        points = surface_points(s.subject.model, drawn, s.renderer.hits());
+      }
+      bytes = npy_of(kind, points, drawn, s.subject.model);
+    }
+    std::filesystem::path path = png;
+    path.replace_extension(fmt::format(".{}.npy", kPixelDataNames[static_cast<std::size_t>(kind)]));
+    write_file_atomically(path, bytes_of(bytes));
+  }
+}
+
+/// Writes a picture and its data. Returns the picture.
+Image write_picture(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
+  const render::View view = s.view(camera);
+  Image image = s.options.transparent ? transparent_picture(s, view) : s.renderer.picture(s.model, view, s.draw);
+  write_png(png, image);
+  write_data(s, png, camera);
+  return image;
+}
 
 void screenshot(Setting& s) {
   scene::Camera camera;
@@ -75,28 +123,49 @@ void screenshot(Setting& s) {
   const std::string ending = std::filesystem::path(*s.options.screenshot).extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG")
     throw Error("--screenshot {}: images are written as PNG; give a name that ends with .png", *s.options.screenshot);
-  write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
+  write_picture(s, *s.options.screenshot, camera);
 }
 
-void path(Setting& s) {
-  std::vector<scene::Camera> cameras;
-  if (*s.options.path == "orbit") {
-    cameras = render::orbit(s.subject.framing, s.frames(), s.elevation(), 0, s.size().x, s.size().y);
-  } else if (*s.options.path == "hemisphere") {
-    cameras = render::hemisphere(s.subject.framing, s.frames(), s.size().x, s.size().y);
-  } else {
-    for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
-      if (!s.options.frames || !s.subject.cameras[i].test) cameras.push_back(s.camera(i));
-    if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);
-    if (s.options.frames) cameras = render::along(cameras, *s.options.frames);
-  }
-  const std::filesystem::path folder(*s.options.output);
+void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw Error("{}: cannot be created ({}); choose another folder with -o", folder.string(), error.message());
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    write_png(folder / fmt::format("{:05}.png", i), s.renderer.picture(s.model, s.view(cameras[i]), s.draw));
 }
+
+/// Writes the views as pictures, as a video, or both.
+void write_views(Setting& s, const FileCameras& views) {
+  std::vector<scene::Camera> cameras = views.cameras;
+  std::optional<Video> video;
+  if (s.options.video) {
+    // Pictures of a video have one size, and yuv420p needs even sides.
+    const glm::ivec2 size(std::max(2, cameras[0].width & ~1), std::max(2, cameras[0].height & ~1));
+    for (scene::Camera& camera : cameras)
+      if (glm::ivec2(camera.width, camera.height) != size) camera = render::reshaped(camera, size.x, size.y);
+    video.emplace(*s.options.video, size.x, size.y, views.fps);
+  }
+  const std::filesystem::path folder(s.options.output.value_or(""));
+  if (s.options.output) make_folder(folder);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Image image = s.options.output ? write_picture(s, folder / fmt::format("{:05}.png", i), cameras[i])
+                                         : s.renderer.picture(s.model, s.view(cameras[i]), s.draw);
+    if (video) video->add(image);
+  }
+  if (video) video->finish();
+}
+
+std::vector<scene::Camera> path_cameras(const Setting& s) {
+  if (*s.options.path == "orbit")
+    return render::orbit(s.subject.framing, s.frames(), s.elevation(), 0, s.size().x, s.size().y);
+  if (*s.options.path == "hemisphere") return render::hemisphere(s.subject.framing, s.frames(), s.size().x, s.size().y);
+  std::vector<scene::Camera> cameras;
+  for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
+    if (!s.options.frames || !s.subject.cameras[i].test) cameras.push_back(s.camera(i));
+  if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);
+  if (s.options.frames) cameras = render::along(cameras, *s.options.frames);
+  return cameras;
+}
+
+void path(Setting& s) { write_views(s, {path_cameras(s), s.options.fps.value_or(30)}); }
 
 json statistics(std::vector<double> ms) {
   std::sort(ms.begin(), ms.end());
@@ -162,6 +231,8 @@ void run_headless(gpu::Device& gpu, const CommandLine& options, const Subject& s
   Setting setting(gpu, options, subject);
   if (options.screenshot) screenshot(setting);
   if (options.path) path(setting);
+  if (options.cameras)
+    write_views(setting, read_file_cameras(subject, *options.cameras, {options.dataparser, options.size, options.fps}));
   if (options.benchmark) benchmark(setting);
   const auto messages = gpu.validation_messages();
   if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());

@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
         serve_model(*options);
       return 0;
     }
-    const bool headless = options->screenshot || options->path || options->benchmark;
+    const bool headless = options->screenshot || options->path || options->cameras || options->benchmark;
     if (!headless) {
       const auto display_lost = [] { std::fputs("soup-view: the display is gone; start soup-view again\n", stderr); };
       try {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -74,7 +76,8 @@ struct Child {
   }
 };
 
-pid_t start(const std::vector<std::string>& arguments, int out, int keep_open) {
+/// in: standard input of the program; -1: empty.
+pid_t start(const std::vector<std::string>& arguments, int in, int out, int keep_open) {
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
@@ -85,8 +88,8 @@ pid_t start(const std::vector<std::string>& arguments, int out, int keep_open) {
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != parent) ::_exit(125);
   // Some programs read keys from the terminal. They must not read keys meant for this program.
-  const int nothing = ::open("/dev/null", O_RDONLY);
-  if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
+  if (in < 0) in = ::open("/dev/null", O_RDONLY);
+  if (in >= 0) ::dup2(in, STDIN_FILENO);
   ::dup2(out, STDOUT_FILENO);
   ::dup2(out, STDERR_FILENO);
   if (keep_open >= 0) ::fcntl(keep_open, F_SETFD, 0);
@@ -94,15 +97,32 @@ pid_t start(const std::vector<std::string>& arguments, int out, int keep_open) {
   ::_exit(127);
 }
 
+int open_log(const std::filesystem::path& log, bool append) {
+  const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | (append ? O_APPEND : O_TRUNC) | O_CLOEXEC, 0666);
+  if (out < 0) throw Error("{}: cannot be written ({}); check the folder", log.string(), std::strerror(errno));
+  return out;
+}
+
+/// state: from waitpid().
+ChildResult result_of(int state, const std::string& program, const std::filesystem::path& log) {
+  ChildResult result;
+  result.status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
+  if (WIFSIGNALED(state))
+    result.error = fmt::format("{}: ended by signal {} ({})", program, WTERMSIG(state), ::strsignal(WTERMSIG(state)));
+  else if (result.status == 127)
+    result.error = program + ": cannot be started";
+  else if (result.status != 0)
+    result.error = last_line(log);
+  return result;
+}
+
 }  // namespace
 
 ChildResult run_child(const std::vector<std::string>& arguments, const ChildOptions& options,
                       const std::atomic<bool>& stop) {
-  const int out =
-      ::open(options.log.c_str(), O_WRONLY | O_CREAT | (options.append ? O_APPEND : O_TRUNC) | O_CLOEXEC, 0666);
-  if (out < 0) throw Error("{}: cannot be written ({}); check the folder", options.log.string(), std::strerror(errno));
+  const int out = open_log(options.log, options.append);
   NewLines lines(options.log, options.on_line);
-  Child child{start(arguments, out, options.keep_open)};
+  Child child{start(arguments, -1, out, options.keep_open)};
   ::close(out);
   if (child.id < 0) throw Error("{}: cannot be started ({}); end some programs", arguments[0], std::strerror(errno));
   int state = 0;
@@ -120,16 +140,51 @@ ChildResult run_child(const std::vector<std::string>& arguments, const ChildOpti
   }
   child.id = -1;
   lines.read();
-  ChildResult result;
-  result.status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
-  if (WIFSIGNALED(state))
-    result.error =
-        fmt::format("{}: ended by signal {} ({})", arguments[0], WTERMSIG(state), ::strsignal(WTERMSIG(state)));
-  else if (result.status == 127)
-    result.error = arguments[0] + ": cannot be started";
-  else if (result.status != 0)
-    result.error = last_line(options.log);
-  return result;
+  return result_of(state, arguments[0], options.log);
+}
+
+FedProgram::FedProgram(const std::vector<std::string>& arguments, std::filesystem::path log)
+    : name_(arguments[0]), log_(std::move(log)) {
+  // A socket and not a pipe: send() can report a program that has ended, where write() would raise SIGPIPE.
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    throw Error("{}: cannot be started ({}); end some programs", name_, std::strerror(errno));
+  input_ = ends[0];
+  try {
+    const int out = open_log(log_, false);
+    id_ = start(arguments, ends[1], out, -1);
+    ::close(out);
+    if (id_ < 0) throw Error("{}: cannot be started ({}); end some programs", name_, std::strerror(errno));
+  } catch (...) {
+    ::close(ends[0]);
+    ::close(ends[1]);
+    throw;
+  }
+  ::close(ends[1]);
+}
+
+FedProgram::~FedProgram() {
+  if (input_ >= 0) ::close(input_);
+  const Child killed{id_};
+}
+
+bool FedProgram::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t done = ::send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (done < 0 && errno == EINTR) continue;
+    if (done < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(done));
+  }
+  return true;
+}
+
+ChildResult FedProgram::finish() {
+  ::close(std::exchange(input_, -1));
+  int state = 0;
+  while (::waitpid(id_, &state, 0) < 0 && errno == EINTR) {
+  }
+  id_ = -1;
+  return result_of(state, name_, log_);
 }
 
 std::filesystem::path find_program(const std::string& name) {

@@ -1,9 +1,11 @@
-// Running another program and waiting for it.
+// Running another program, with or without input, and waiting for it.
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +33,28 @@ struct ChildResult {
 /// program cannot be started.
 ChildResult run_child(const std::vector<std::string>& arguments, const ChildOptions& options,
                       const std::atomic<bool>& stop);
+
+/// A program that reads its standard input from this process. It runs on when this process ends only until it receives
+/// SIGTERM.
+class FedProgram {
+ public:
+  /// Starts the program at the path arguments[0]. log: receives its output. Throws Error if it cannot be started.
+  FedProgram(const std::vector<std::string>& arguments, std::filesystem::path log);
+  FedProgram(const FedProgram&) = delete;
+  FedProgram& operator=(const FedProgram&) = delete;
+  ~FedProgram();  // kills the program unless finish() was called
+
+  /// Waits until the program has taken all bytes. Returns false if it reads no more.
+  bool write(std::span<const std::byte> bytes);
+
+  /// Ends its input and waits for the program.
+  ChildResult finish();
+
+ private:
+  std::string name_;
+  std::filesystem::path log_;
+  int input_ = -1, id_ = -1;
+};
 
 /// Returns the first executable file with that name in the folders of PATH, or an empty path if there is none.
 std::filesystem::path find_program(const std::string& name);

@@ -9,6 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "base/error.h"
 #include "base/printable.h"
 
@@ -119,7 +122,28 @@ const NpyType& npy_type(std::string_view header, const std::string& name) {
               printable(std::string(text.substr(0, text.find(',')))));
 }
 
+std::string npy_of(std::string_view type, std::span<const std::byte> numbers, std::span<const std::size_t> shape) {
+  std::string header =
+      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", type, fmt::join(shape, ", "));
+  // The numbers begin at a multiple of 64 bytes, after a newline.
+  constexpr std::size_t kBefore = 10;
+  header.resize((kBefore + header.size()) / 64 * 64 + 64 - kBefore - 1, ' ');
+  header += '\n';
+  std::string file(kNpyMagic);
+  file += {1, 0, static_cast<char>(header.size() & 255), static_cast<char>(header.size() >> 8)};
+  file += header;
+  return file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size());
+}
+
 }  // namespace
+
+std::string encode_npy(std::span<const float> values, std::span<const std::size_t> shape) {
+  return npy_of("<f4", std::as_bytes(values), shape);
+}
+
+std::string encode_npy(std::span<const std::int32_t> values, std::span<const std::size_t> shape) {
+  return npy_of("<i4", std::as_bytes(values), shape);
+}
 
 bool is_npy(std::span<const std::byte> bytes) {
   return bytes.size() >= kNpyMagic.size() && std::memcmp(bytes.data(), kNpyMagic.data(), kNpyMagic.size()) == 0;

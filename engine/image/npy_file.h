@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -16,5 +17,10 @@ bool is_npy(std::span<const std::byte> bytes);
 /// versions 1.0 to 3.0). Numbers are little-endian floats of 16, 32 or 64 bits, or integers of up to 32 bits. Throws
 /// Error that begins with `name` for other arrays, more than 2^28 numbers and damaged or truncated files.
 ValueMap decode_npy(std::span<const std::byte> bytes, const std::string& name);
+
+/// Encodes an array of little-endian numbers, the last index fastest, of at least two
+/// dimensions. The product of `shape` is the number of values.
+std::string encode_npy(std::span<const float> values, std::span<const std::size_t> shape);
+std::string encode_npy(std::span<const std::int32_t> values, std::span<const std::size_t> shape);
 
 }  // namespace trisoup

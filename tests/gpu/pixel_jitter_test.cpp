@@ -18,7 +18,7 @@ struct Picture {
   std::vector<float> colour;  // [pixels][3]
 };
 
-Picture render(SmallScene& s, const train::BatchView& view) {
+Picture picture_of(SmallScene& s, const train::BatchView& view) {
   s.buffers.set_batch(std::span(&view, 1), s.soup.triangles, true);
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
@@ -61,10 +61,10 @@ TEST_CASE("jittered renderings match the pixels of a larger rendering", "[jitter
   constexpr std::uint32_t kWidth = 48, kHeight = 36;
   SmallScene s(*gpu, 40, {{0, 3}}, {test::view_from(0.7, kWidth, kHeight)});
   // Each pixel corresponds to four pixels of the larger image, with centres a quarter of a pixel off its own.
-  const Picture large = render(s, test::view_from(0.7, 2 * kWidth, 2 * kHeight));
+  const Picture large = picture_of(s, test::view_from(0.7, 2 * kWidth, 2 * kHeight));
   for (const int right : {0, 1})
     for (const int below : {0, 1}) {
-      const Picture small = render(s, train::sampled_at(s.views[0], {0.5 * right - 0.25, 0.5 * below - 0.25}));
+      const Picture small = picture_of(s, train::sampled_at(s.views[0], {0.5 * right - 0.25, 0.5 * below - 0.25}));
       std::size_t seen = 0, others = 0;
       for (std::uint32_t y = 0; y < kHeight; ++y)
         for (std::uint32_t x = 0; x < kWidth; ++x) {
@@ -104,11 +104,11 @@ TEST_CASE("photographs are sampled at the same positions as the soup", "[jitter]
     }
     return rgba;
   };
-  const gpu::Buffer photograph = upload(*gpu, bytes_of(render(s, s.views[0])));
+  const gpu::Buffer photograph = upload(*gpu, bytes_of(picture_of(s, s.views[0])));
   train::BatchView view = s.views[0];
   view.photo = photograph.address();
   const auto difference = [&](glm::dvec2 soup_at, glm::dvec2 photograph_at) {
-    const auto drawn = bytes_of(render(s, train::sampled_at(view, soup_at)));
+    const auto drawn = bytes_of(picture_of(s, train::sampled_at(view, soup_at)));
     const train::BatchView there = train::sampled_at(view, photograph_at);
     const auto target = targets(s, std::span(&there, 1));
     double sum = 0;

@@ -19,6 +19,7 @@ import { cutPages, placeOnTile } from "../../web/tiles.js";
 import { decodeVertices } from "../../web/vertices.js";
 import { eyeCamera, roomBefore } from "../../web/xr.js";
 import { edited } from "./edit_glb.mjs";
+import { camerasOf, pathCases } from "./path_cases.mjs";
 import { rgbaOf } from "./png.mjs";
 
 const file = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url)));
@@ -475,6 +476,15 @@ test("nerfstudio's camera paths: row-major matrices, fov and seconds", () => {
   const undone = readPath(document, "camera_path.json", { ...pathContext, dataparser }).keys[0].shot.eye;
   const [x, y, z] = [1 / 2 - 5, 2 / 2 - 6, 3 / 2 - 7];
   near(undone, [0.5 * (y - 10), 0.5 * (-x - 20), 0.5 * (z - 30)], 1e-9);
+});
+
+test("the cameras of paths are those of path_cases.json, which soup-view agrees with", () => {
+  for (const one of pathCases())
+    camerasOf(one).forEach(({ eye, axes, focal }, i) => {
+      const expected = one.cameras[i];
+      near([...eye, ...axes], [...expected.eye, ...expected.axes], 1e-9);
+      near([focal / expected.focal], [1], 1e-9);
+    });
 });
 
 test("a path that is none is refused in one line that names the key frame", () => {

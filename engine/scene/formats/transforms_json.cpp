@@ -15,31 +15,11 @@
 #include "scene/lens/panorama.h"
 #include "scene/text/json_numbers.h"
 #include "scene/text/record_error.h"
-#include "scene/text/text_encoding.h"
 
 namespace trisoup::scene {
 namespace {
 
 using nlohmann::json;
-
-json parse_json(std::string_view marked, const std::string& name) {
-  const std::string_view text = without_byte_order_mark(marked, name);
-  try {
-    return json::parse(text);
-  } catch (const json::exception&) {  // perhaps for NaN, which Python writes
-  }
-  const std::string mended = mend_json_numbers(text);
-  try {
-    return json::parse(mended);
-  } catch (const json::parse_error& problem) {
-    const auto end = mended.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, mended.size()));
-    // problem.byte is one past the last byte read. A newline there still belongs to the line that it ends.
-    const auto line = 1 + std::count(mended.begin(), end == mended.begin() ? end : end - 1, '\n');
-    throw Error("{}: line {} is not valid JSON; correct or export the file again", name, line);
-  } catch (const json::exception&) {
-    throw Error("{}: contains a number out of range; correct or export the file again", name);
-  }
-}
 
 std::vector<std::string> to_texts(const json& root, const char* key, const std::string& name) {
   std::vector<std::string> texts;

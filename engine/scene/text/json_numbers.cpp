@@ -4,7 +4,9 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/error.h"
 #include "scene/text/number_text.h"
+#include "scene/text/text_encoding.h"
 
 namespace trisoup::scene {
 namespace {
@@ -46,6 +48,25 @@ std::string mend_json_numbers(std::string_view text) {
     at = end;
   }
   return mended;
+}
+
+nlohmann::json parse_json(std::string_view marked, const std::string& name) {
+  const std::string_view text = without_byte_order_mark(marked, name);
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception&) {  // perhaps for NaN, which Python writes
+  }
+  const std::string mended = mend_json_numbers(text);
+  try {
+    return nlohmann::json::parse(mended);
+  } catch (const nlohmann::json::parse_error& problem) {
+    const auto end = mended.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, mended.size()));
+    // problem.byte is one past the last byte read. A newline there still belongs to the line that it ends.
+    const auto line = 1 + std::count(mended.begin(), end == mended.begin() ? end : end - 1, '\n');
+    throw Error("{}: line {} is not valid JSON; correct or export the file again", name, line);
+  } catch (const nlohmann::json::exception&) {
+    throw Error("{}: contains a number out of range; correct or export the file again", name);
+  }
 }
 
 }  // namespace trisoup::scene

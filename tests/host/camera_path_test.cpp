@@ -1,0 +1,152 @@
+// Tests engine/render/camera_path.h, engine/render/camera_path_file.h and viewer/file_cameras.h.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "render/camera_path_file.h"
+#include "scene/text/json_numbers.h"
+#include "temporary_folder.h"
+#include "viewer/file_cameras.h"
+
+using namespace trisoup;
+using Catch::Contains;
+using nlohmann::json;
+
+namespace {
+
+glm::dvec3 vector_from(const json& v) { return {v[0].get<double>(), v[1].get<double>(), v[2].get<double>()}; }
+
+render::PathContext context_of(const json& one) {
+  return {{vector_from(one["normalisation"]["centre"]), one["normalisation"]["scale"].get<double>()},
+          vector_from(one["up"]),
+          glm::radians(one["fov"].get<double>()),
+          one["aspect"].get<double>()};
+}
+
+render::CameraPath path_from(const std::string& text) {
+  const render::PathContext context{{{10, 20, 30}, 0.5}, {0, 0, 1}, 0.7, 1.5};
+  return render::read_camera_path(scene::parse_json(text, "p.json"), "p.json", context);
+}
+
+/// A camera one unit above the origin that looks along -z, as nerfstudio and NeRF-Synthetic write it.
+const std::string kPose = "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]";
+
+viewer::FileCameras cameras_from(const std::string& text, const viewer::FileCameraOptions& options = {}) {
+  const test::TemporaryFolder folder;
+  viewer::Subject subject;
+  subject.model.centre = {0, 0, 0};
+  subject.model.scale = 0.5;
+  return viewer::read_file_cameras(subject, folder.file("views.json", text), options);
+}
+
+}  // namespace
+
+TEST_CASE("camera paths have the cameras of web pages", "[camera_path]") {
+  const json cases = json::parse(read_file(TRISOUP_SOURCE_DIR "/tests/web/path_cases.json"));
+  REQUIRE(cases.size() >= 4);
+  for (const json& one : cases) {
+    CAPTURE(one["name"].get<std::string>());
+    const json dataparser = one.contains("dataparser") ? one["dataparser"] : json(nullptr);
+    const render::CameraPath path = render::read_camera_path(one["document"], "case", context_of(one), dataparser);
+    REQUIRE(one["cameras"].size() == one["times"].size());
+    for (std::size_t i = 0; i < one["times"].size(); ++i) {
+      CAPTURE(i);
+      const json& expected = one["cameras"][i];
+      const scene::Camera camera = render::camera_of(render::shot_at(path.keys, one["times"][i].get<double>()),
+                                                     one["size"][0].get<int>(), one["size"][1].get<int>());
+      CHECK(glm::length(camera.centre() - vector_from(expected["eye"])) < 1e-9);
+      for (int axis = 0; axis < 9; ++axis)
+        CHECK(std::abs(camera.world_to_camera[axis % 3][axis / 3] -
+                       expected["axes"][static_cast<std::size_t>(axis)].get<double>()) < 1e-9);
+      CHECK(camera.fx == Approx(expected["focal"].get<double>()).epsilon(1e-9));
+      CHECK(camera.fy == camera.fx);
+    }
+  }
+}
+
+TEST_CASE("pictures of a path follow its frame rate", "[camera_path]") {
+  render::CameraPath path;
+  path.keys = {{0, {}}, {0.5, {}}, {2, {}}};
+  CHECK(render::picture_times(path, std::nullopt).size() == 61);
+  CHECK(render::picture_times(path, 2.0) == std::vector<double>{0, 0.5, 1, 1.5, 2});
+  CHECK(render::picture_times(path, 0.4) == std::vector<double>{0});
+  path.loop = true;
+  CHECK(render::picture_times(path, 2.0) == std::vector<double>{0, 0.5, 1, 1.5});
+  path.fps = 24;
+  CHECK(render::picture_times(path, std::nullopt) == std::vector<double>{0, 0.5, 2});
+  path.keys[2].time = 1e9;
+  CHECK_THROWS_WITH(render::picture_times(path, 2.0), Contains("--fps"));
+  path.keys = {{0, {}}};
+  CHECK(render::picture_times(path, 2.0) == std::vector<double>{0});
+}
+
+TEST_CASE("a path that is none names the key frame", "[camera_path]") {
+  const auto refused = [](const std::string& text, const std::string& words) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(path_from(text), Contains(words) && !Contains("\n"));
+  };
+  const std::string pose = R"("position": [1, 2, 3], "target": [0, 0, 0])";
+  refused("null", "p.json: is not a camera path");
+  refused("[]", "is not a camera path");
+  refused(R"({"keyframes": []})", "is not a camera path");
+  refused(R"({"keyframes": [null]})", "keyframes[0].time is missing; give seconds");
+  refused(R"({"keyframes": [{"time": -1, )" + pose + "}]}", "keyframes[0].time is -1");
+  refused(R"({"keyframes": [{"time": 0}]})", "keyframes[0] has no pose");
+  refused(R"({"keyframes": [{"time": 0, )" + pose + R"(}, {"time": 0, )" + pose + "}]}", "keyframes[1].time is 0, not");
+  refused(R"({"keyframes": [{"time": 0, "position": [1, NaN, 3], "target": [0, 0, 0]}]})",
+          "keyframes[0].position is [1,\"NaN\",3]; give 3 finite");
+  refused(R"({"keyframes": [{"time": 0, "position": [1, 2, 3], "target": [1, 2, 3]}]})", "target is at its position");
+  refused(R"({"keyframes": [{"time": 0, "position": [1e7, 2, 3], "target": [1, 2, 3]}]})", "too far from the scene");
+  refused(R"({"keyframes": [{"time": 0, "fov": 0, )" + pose + "}]}", "fov is 0; give a number from 1 to 170 degrees");
+  refused(R"({"keyframes": [{"time": 0, "matrix": [0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1]}]})", "is not a rotation");
+  refused(R"({"camera_path": [{}], "fps": 1})", "camera_path[0].camera_to_world is missing");
+  refused(R"({"camera_path": [{}]})", "has no fps");
+  refused(R"({"camera_path": [{"camera_type": "equirectangular"}], "fps": 1})", "only perspective");
+  refused("{\n\"keyframes\": [\n", "line 2 is not valid JSON");
+}
+
+TEST_CASE("nerfstudio's path gives a picture for each of its cameras", "[camera_path]") {
+  const std::string camera = R"({"fov": 60, "camera_to_world": )" + kPose + "}";
+  const auto views =
+      cameras_from(R"({"render_width": 64, "render_height": 48, "fps": 24, "seconds": 9, "camera_path": [)" + camera +
+                   "," + camera + "," + camera + "]}");
+  REQUIRE(views.cameras.size() == 3);
+  CHECK(views.fps == 24);
+  CHECK(views.cameras[1].width == 64);
+  CHECK(views.cameras[1].height == 48);
+  CHECK(glm::length(views.cameras[1].centre() - glm::dvec3(0, 0, 0.5)) < 1e-12);
+  CHECK(glm::length(views.cameras[1].forward() - glm::dvec3(0, 0, -1)) < 1e-12);
+}
+
+TEST_CASE("the cameras of a transforms.json are those of its frames", "[camera_path]") {
+  const std::string frame = R"({"file_path": "a.png", "transform_matrix": )" + kPose + "}";
+  const std::string frames = R"("frames": [)" + frame + "," + frame + "]";
+  const auto views = cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "cx": 20, )" + frames + "}");
+  REQUIRE(views.cameras.size() == 2);
+  CHECK(views.cameras[0].width == 60);
+  CHECK(views.cameras[0].fy == 50);
+  CHECK(views.cameras[0].cx == 20);
+  CHECK(glm::length(views.cameras[0].centre() - glm::dvec3(0, 0, 0.5)) < 1e-12);
+  CHECK(glm::length(views.cameras[0].forward() - glm::dvec3(0, 0, -1)) < 1e-12);
+  CHECK_THROWS_WITH(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}"),
+                    Contains("a.png has no size; add w and h"));
+  viewer::FileCameraOptions sized;
+  sized.size = {80, 60};
+  CHECK(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}", sized).cameras[0].fx == Approx(40 / std::tan(0.3)));
+  CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "frames": [)" + frame + "]}"), Contains("no focal length"));
+  CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": []})"), Contains("views.json"));
+  CHECK_THROWS_WITH(cameras_from(R"({"fl_x": 50})"), Contains("has no cameras; give a path"));
+  CHECK_THROWS_WITH(
+      cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": [)" + frame + R"(, {"file_path": "b.png"}]})"),
+      Contains("b.png; correct or remove them"));
+  viewer::FileCameraOptions parsed;
+  parsed.dataparser = "d.json";
+  CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, )" + frames + "}", parsed),
+                    Contains("--dataparser"));
+}

@@ -1,0 +1,30 @@
+// The cameras of a file, for pictures without a window.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "subject.h"
+
+namespace trisoup::viewer {
+
+struct FileCameras {
+  std::vector<scene::Camera> cameras;  // at least one; normalised coordinates of the model
+  double fps = 30;
+};
+
+struct FileCameraOptions {
+  std::filesystem::path dataparser;  // nerfstudio's dataparser_transforms.json; empty: none
+  std::optional<glm::ivec2> size;    // of the pictures, instead of the file's
+  std::optional<double> fps;         // instead of the file's
+};
+
+/// Reads a camera path of web pages, one of nerfstudio, or a transforms.json, in dataset coordinates. Pictures of paths
+/// without a size have 720 rows. Lens distortion is ignored. Throws Error if the file has no cameras.
+FileCameras read_file_cameras(const Subject& subject, const std::filesystem::path& path,
+                              const FileCameraOptions& options);
+
+}  // namespace trisoup::viewer
