@@ -144,7 +144,9 @@ void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving
 void add_camera_options(CLI::App& app, CommandLine& c, Texts& texts) {
   auto* camera = "Camera";
   app.add_option("--camera", c.camera, "number (from 0, test views first) or name of a view [0]")->group(camera);
-  app.add_option("--size", texts.size, "WIDTHxHEIGHT in pixels [as the camera; else 1280x720, window 1280x800]")
+  app.add_option("--size", texts.size,
+                 "WIDTHxHEIGHT in pixels [as the camera; paths of --cameras: 720 rows;\n"
+                 "else 1280x720, window 1280x800]")
       ->group(camera);
   app.add_option("--dataset", c.dataset, "folder with the photographs and cameras to compare with")->group(camera);
   app.add_option("--fov", c.fov, "vertical field of view, degrees [as the camera]")
@@ -178,7 +180,7 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
          "--data", texts.data,
          "kinds separated by commas, each written as NAME.KIND.npy beside its image; the centre of each pixel:\n"
          "depth, ray_depth: along the viewing axis, from the eye; dataset units, infinite where nothing is\n"
-         "triangle: number from 0, -1 where nothing is\n"
+         "triangle: number in the model from 0, -1 where nothing is\n"
          "barycentrics: weights of its three vertices; normal: unit length, dataset axes, towards the camera;\n"
          "  0 where nothing is\n"
          "alpha: coverage from 0 to 1, anti-aliased")

@@ -45,8 +45,8 @@ export interface CameraInput {
 export type KeyFrame = CameraInput & { time: number };
 
 /**
- * A path of cameras, as JSON or as an object. The eye follows a Catmull-Rom spline through the positions, rotations are
- * interpolated by quaternions (slerp).
+ * A path of cameras, as JSON or as an object. `soup-view --cameras` draws the same. The eye follows a Catmull-Rom
+ * spline through the positions, rotations are interpolated by quaternions (slerp).
  */
 export interface CameraPath {
   keyframes: KeyFrame[];

@@ -34,8 +34,8 @@ struct ChildResult {
 ChildResult run_child(const std::vector<std::string>& arguments, const ChildOptions& options,
                       const std::atomic<bool>& stop);
 
-/// A program that reads its standard input from this process. It runs on when this process ends only until it receives
-/// SIGTERM.
+/// A program that reads its standard input from this process. It receives SIGTERM when this process ends for any
+/// reason.
 class FedProgram {
  public:
   /// Starts the program at the path arguments[0]. log: receives its output. Throws Error if it cannot be started.
