@@ -75,6 +75,7 @@ FileCameras of_transforms(const Subject& subject, const std::string& text, const
   for (const scene::TransformsFrame& frame : transforms.frames) {
     if (frame.lens.is_panorama())
       throw Error("{}: {} is a panorama; only perspective cameras are drawn", name, frame.file_path);
+    result.distorted = result.distorted || !frame.lens.is_pinhole();
     const ImageSize size = photograph_size(path.parent_path(), frame, options);
     if (size.width < 1 || size.height < 1)
       throw Error("{}: {} has no size; add w and h, or give --size", name, frame.file_path);

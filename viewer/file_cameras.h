@@ -14,6 +14,7 @@ namespace trisoup::viewer {
 struct FileCameras {
   std::vector<scene::Camera> cameras;  // at least one; normalised coordinates of the model
   double fps = 30;
+  bool distorted = false;  // some have a lens whose distortion pictures lack
 };
 
 struct FileCameraOptions {
@@ -23,7 +24,7 @@ struct FileCameraOptions {
 };
 
 /// Reads a camera path of web pages, one of nerfstudio, or a transforms.json, in dataset coordinates. Pictures of paths
-/// without a size have 720 rows. Lens distortion is ignored. Throws Error if the file has no cameras.
+/// without a size have 720 rows. Lenses are without distortion. Throws Error if the file has no cameras.
 FileCameras read_file_cameras(const Subject& subject, const std::filesystem::path& path,
                               const FileCameraOptions& options);
 

@@ -225,14 +225,23 @@ void benchmark(Setting& s) {
   write_output(s.options.json.value_or("-"), text);
 }
 
+/// Draws the views of --cameras.
+void draw_file(Setting& s) {
+  const FileCameras views =
+      read_file_cameras(s.subject, *s.options.cameras, {s.options.dataparser, s.options.size, s.options.fps});
+  if (views.distorted)
+    std::fprintf(stderr, "soup-view: warning: %s: lenses are drawn without their distortion\n",
+                 printable(*s.options.cameras).c_str());
+  write_views(s, views);
+}
+
 }  // namespace
 
 void run_headless(gpu::Device& gpu, const CommandLine& options, const Subject& subject) {
   Setting setting(gpu, options, subject);
   if (options.screenshot) screenshot(setting);
   if (options.path) path(setting);
-  if (options.cameras)
-    write_views(setting, read_file_cameras(subject, *options.cameras, {options.dataparser, options.size, options.fps}));
+  if (options.cameras) draw_file(setting);
   if (options.benchmark) benchmark(setting);
   const auto messages = gpu.validation_messages();
   if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());

@@ -150,3 +150,13 @@ TEST_CASE("the cameras of a transforms.json are those of its frames", "[camera_p
   CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, )" + frames + "}", parsed),
                     Contains("--dataparser"));
 }
+
+TEST_CASE("a transforms.json with a distorted lens is told from one without", "[camera_path]") {
+  const auto file = [](const std::string& lens) {
+    return R"({"w": 40, "h": 30, "fl_x": 50, "cx": 20, "cy": 15, )" + lens +
+           R"("frames": [{"file_path": "a.png", "transform_matrix": )" + kPose + "}]}";
+  };
+  CHECK_FALSE(cameras_from(file("")).distorted);
+  CHECK_FALSE(cameras_from(file(R"("k1": 0, )")).distorted);
+  CHECK(cameras_from(file(R"("k1": 0.1, )")).distorted);
+}
