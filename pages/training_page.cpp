@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/printable.h"
 #include "image/image_file.h"
 #include "scene/lens/area_resample.h"
 #include "web_page.h"
@@ -36,6 +37,11 @@ Response file(const char* type, std::shared_ptr<const std::string> bytes) {
 }
 
 }  // namespace
+
+std::string title_of(const std::filesystem::path& folder) {
+  const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
+  return printable((whole.has_filename() ? whole : whole.parent_path()).filename().string());
+}
 
 TrainingPage::TrainingPage(TrainingSource& source, const std::string& title, bool control)
     : source_(source), control_(control) {

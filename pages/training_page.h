@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -33,6 +34,9 @@ class TrainingSource {
   /// Does "pause", "continue", "stop" or "save". False if it knows no such action.
   virtual bool control(std::string_view action) = 0;
 };
+
+/// Title for the page of a folder: its name alone, since paths are nobody else's business.
+std::string title_of(const std::filesystem::path& folder);
 
 class TrainingPage {
  public:

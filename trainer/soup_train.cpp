@@ -1,12 +1,10 @@
 // soup-train: trains a model from a folder of photographs or a video.
 #include <cstdio>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <thread>
 
 #include "base/error.h"
-#include "base/printable.h"
 #include "cli/option_names.h"
 #include "cli/setting_options.h"
 #include "command_line.h"
@@ -36,9 +34,8 @@ int list_devices() {
 
 std::unique_ptr<ServedTraining> serve(const CommandLine& options, viewer::Live& live) {
   if (!options.serving.serve) return nullptr;
-  const auto dataset = std::filesystem::absolute(options.dataset).lexically_normal();
-  const std::string title = (dataset.has_filename() ? dataset : dataset.parent_path()).filename().string();
-  auto served = std::make_unique<ServedTraining>(live, options.serving, printable(title), [] { g_stop = true; });
+  auto served =
+      std::make_unique<ServedTraining>(live, options.serving, web::title_of(options.dataset), [] { g_stop = true; });
   // Of several lines a script reads this one; it has the link's token, which is printed nowhere else.
   std::printf("%s shows the training%s\n", served->url().c_str(), options.serving.may_control() ? "" : " (to look at)");
   if (std::fflush(stdout) != 0) throw Error("standard output: cannot be written; free disk space");

@@ -64,9 +64,7 @@ void serve_training(const viewer::CommandLine& options) {
   viewer::FinishedTraining training(options.model, options.dataset);
   web::PageOptions benchmark;
   benchmark.benchmark = true;
-  const auto folder = std::filesystem::absolute(options.model).lexically_normal();
-  web::TrainingPage page(training,
-                         printable((folder.has_filename() ? folder : folder.parent_path()).filename().string()), false);
+  web::TrainingPage page(training, web::title_of(options.model), false);
   for (auto& [name, bytes] : web::page_files(benchmark, ""))
     if (name.starts_with("benchmark")) page.add_file(name, std::move(bytes));
   web::HttpServer server(server_options(options.serving),

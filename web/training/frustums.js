@@ -34,12 +34,12 @@ function distanceOf(cameras) {
   return nearest.length > 0 ? Math.min(0.6 * nearest[nearest.length >> 1], 0.3 * target) : 0.1 * target;
 }
 
-/** Index of the camera whose picture is most like that of another: it is near, and looks the same way. */
+/** Index of the camera whose picture is most like that of another, as nearest_camera() in viewer/frustums.cpp. */
 export function nearestCamera(cameras, { position, target, matrix }) {
   const reach = size(minus(target, position)) || 1;
   const costs = cameras.map((camera) => {
     const cosine = [8, 9, 10].reduce((sum, i) => sum + camera.matrix[i] * matrix[i], 0);
-    return size(minus(camera.position, position)) / reach + 2 * (1 - cosine);
+    return size(minus(camera.position, position)) / reach + Math.acos(Math.max(-1, Math.min(1, cosine)));
   });
   return costs.length > 0 ? costs.indexOf(Math.min(...costs)) : null;
 }
