@@ -5,6 +5,7 @@
 #include "common/block_grid.h"
 #include "common/exposure.h"
 #include "common/exposure_table.h"
+#include "common/photograph.h"
 
 KERNEL(64, ExposeArgs) {
   const uint block = group_index(), thread = gl_LocalInvocationIndex;

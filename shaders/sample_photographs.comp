@@ -27,10 +27,11 @@ FN uint sampled(TAKES_ARGUMENTS uint view, int width, int height, int x, int y) 
       sum += taps_x[i] * taps_y[j] * channels_of(rgba);
     }
   }
-  // Values outside the mask must not be mixed in.
-  if (!inside) return photo.v[uint(y) * uint(width) + uint(x)];
+  const uint centre = photo.v[uint(y) * uint(width) + uint(x)], own = a.views.v[view].background;
+  if (!inside) sum = channels_of(centre);  // values outside the mask must not be mixed in
+  if ((own >> 24) != 0u) sum += (1.0f - coverage(sum.w)) * (channels_of(own) - channels_of(a.background));
   const vec4 value = clamp(floor(sum + 0.5f), vec4(0.0f), vec4(255.0f));
-  return uint(value.x) | (uint(value.y) << 8) | (uint(value.z) << 16) | 0xff000000u;
+  return uint(value.x) | (uint(value.y) << 8) | (uint(value.z) << 16) | (inside ? 0xff000000u : centre & 0xff000000u);
 }
 
 KERNEL_MAIN(64) {

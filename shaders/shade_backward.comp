@@ -6,6 +6,7 @@
 #include "common/block_grid.h"
 #include "common/exposure.h"
 #include "common/exposure_table.h"
+#include "common/photograph.h"
 #include "common/pixel_centre.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"

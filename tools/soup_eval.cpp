@@ -51,7 +51,7 @@ void write_agreement(const std::string& json_path, gpu::Device& gpu, const soup:
 }
 
 struct Options {
-  std::string model_path, dataset, json_path = "-", renders;
+  std::string model_path, dataset, json_path = "-", renders, background_name = "auto";
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
@@ -70,12 +70,11 @@ void add_options(CLI::App& app, Options& o) {
       app.add_option("-r,--resolution", o.load.downscale, "factor by which image sides are divided [as trained]");
   o.test_every =
       app.add_option("--test-every", o.load.test_every, "K: every K-th view is a test view [as trained, by name]");
-  o.background = app.add_option("--background", o.load.background, "auto, white or black [as trained]")
-                     ->transform(CLI::CheckedTransformer(
-                         std::map<std::string, scene::BackgroundChoice>{{"auto", scene::BackgroundChoice::automatic},
-                                                                        {"white", scene::BackgroundChoice::white},
-                                                                        {"black", scene::BackgroundChoice::black}}))
-                     ->option_text("TEXT");  // instead of the whole map
+  o.background = app.add_option("--background", o.background_name,
+                                "background of photographs with alpha and of the model: auto, white, grey or\n"
+                                "black [as trained]")
+                     ->check(CLI::IsMember(scene::background_names()))
+                     ->option_text("TEXT");  // instead of the names
   o.alpha = app.add_option("--alpha", o.load.alpha, "composite or mask [as trained]")
                 ->transform(CLI::CheckedTransformer(std::map<std::string, scene::AlphaUse>{
                     {"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
@@ -130,9 +129,8 @@ Recorded take_settings(Options& o, soup::ModelFile& file) {
                 o.model_path);
   }
   // The background of the training, whatever the test views suggest.
-  if (!*o.background)
-    o.load.background =
-        file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+  o.load.background = scene::background_named(o.background_name);
+  if (!*o.background) o.load.background = scene::nearest_background(file.model.background);
   return recorded;
 }
 
@@ -177,6 +175,7 @@ void evaluate(Options& o) {
     const std::string line = train::split_difference(file, scene, o.load.test_every, recorded.test_every);
     if (!line.empty()) o.load.warn(line);
   }
+  if (*o.background) file.model.background = scene.background;
   const bool as_trained = !*o.resolution && o.load.choose_test && !*o.background && !*o.alpha && !*o.invert_masks;
   if (const std::string line = train::mismatch(file, scene, as_trained, printable(o.dataset)); !line.empty())
     o.load.warn(line);
@@ -210,6 +209,7 @@ void evaluate(Options& o) {
   nlohmann::json json = to_json(evaluation);
   if (auto baked = soup::read_plain_colours(bytes_of(read_file(o.model_path)), o.model_path)) {
     baked->drop_near = file.model.drop_near;
+    baked->background = file.model.background;
     train::add_baked(json, train::baked_psnr(*device, *baked, scene.test, near_now, far_now));
   }
   if (o.align) {

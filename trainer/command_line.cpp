@@ -100,16 +100,6 @@ std::string CommandLine::preset_name() const {
 
 namespace {
 
-const char* name_of(scene::BackgroundChoice choice) {
-  using enum scene::BackgroundChoice;
-  return choice == white ? "white" : choice == black ? "black" : "auto";
-}
-
-scene::BackgroundChoice background_of(const std::string& name) {
-  using enum scene::BackgroundChoice;
-  return name == "white" ? white : name == "black" ? black : automatic;
-}
-
 constexpr std::pair<const char*, scene::DepthMaps> kDepthMaps[] = {{"auto", scene::DepthMaps::automatic},
                                                                    {"metric", scene::DepthMaps::metric},
                                                                    {"relative", scene::DepthMaps::relative},
@@ -133,8 +123,12 @@ scene::DepthMaps depth_maps_of(const std::string& name) {
 }
 
 nlohmann::json CommandLine::dataset_note() const {
-  return {{"resolution", load.downscale}, {"test_every", load.test_every},     {"background", name_of(load.background)},
-          {"alpha", name_of(load.alpha)}, {"invert_masks", load.invert_masks}, {"depth_maps", name_of(load.depth_maps)},
+  return {{"resolution", load.downscale},
+          {"test_every", load.test_every},
+          {"background", scene::name_of(load.background)},
+          {"alpha", name_of(load.alpha)},
+          {"invert_masks", load.invert_masks},
+          {"depth_maps", name_of(load.depth_maps)},
           {"depth_unit", load.depth_unit}};
 }
 
@@ -150,7 +144,7 @@ std::string CommandLine::note() const {
 void CommandLine::take_dataset(const nlohmann::json& then) {
   if (!given.resolution) load.downscale = then.value("resolution", load.downscale);
   if (!given.test_every) load.test_every = then.value("test_every", load.test_every);
-  if (!given.background) load.background = background_of(then.value("background", "auto"));
+  if (!given.background) load.background = scene::background_named(then.value("background", "auto"));
   if (!given.alpha && then.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
   if (!given.depth_maps) load.depth_maps = depth_maps_of(then.value("depth_maps", "none"));
   if (!given.depth_unit) load.depth_unit = then.value("depth_unit", 0.0);

@@ -159,8 +159,8 @@ void Options::add_dataset() {
                       ->group(group);
   background_option_ =
       app_.add_option("--background", background_,
-                      "background: white, black or auto (white if images have alpha, else black) [auto]")
-          ->check(CLI::IsMember({"auto", "white", "black"}))
+                      "background: white, grey, black or auto (white if images have alpha, else black) [auto]")
+          ->check(CLI::IsMember(scene::background_names()))
           ->group(group);
   alpha_option_ =
       app_.add_option(
@@ -226,8 +226,7 @@ void Options::take() {
   o_.given = {is_given(resolution_),   is_given(test_every_),   is_given(background_option_),
               is_given(alpha_option_), is_given(feature_size_), is_given(eval_log_),
               is_given(invert_masks_), is_given(depth_maps_),   is_given(depth_unit_)};
-  using enum scene::BackgroundChoice;
-  o_.load.background = background_ == "white" ? white : background_ == "black" ? black : automatic;
+  o_.load.background = scene::background_named(background_);
   o_.load.depth_maps = depth_maps_of(depth_kind_);
   o_.load.alpha = alpha_ == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;
   o_.serving = serving_.take();

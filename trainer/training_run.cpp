@@ -160,8 +160,7 @@ void TrainingRun::read_model() {
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: its settings are not those of soup-train, so it cannot be trained on", o_.model);
   }
-  o_.load.background =
-      file_->model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+  o_.load.background = scene::nearest_background(file_->model.background);
 }
 
 void TrainingRun::read() {

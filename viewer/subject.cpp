@@ -53,7 +53,7 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
     // Settings of another program: keep the defaults.
   }
   // The background of the training, whatever the photographs suggest.
-  s.load.background = s.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+  s.load.background = scene::nearest_background(s.model.background);
   s.up = up ? glm::dvec3(*up) : file.up;
   if (dataset.empty())
     frame_subject(s);

@@ -7,8 +7,8 @@
 
 namespace trisoup {
 
-/// 8-bit RGBA image, row 0 at the top. In a View, RGB is already composited on the background, and A is the loss mask:
-/// 255 if the pixel counts in the loss and in the metrics, 0 if it does not.
+/// 8-bit RGBA image, row 0 at the top. In a View, RGB is already composited on the background. A is 0 if the pixel does
+/// not count in the loss and in the metrics; otherwise 128 + 127 coverage, so 255 where the background is hidden.
 struct Image {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgba;  // [height * width * 4]

@@ -11,6 +11,7 @@
 #include <glm/glm.hpp>
 
 #include "image/image.h"
+#include "scene/background.h"
 #include "scene/camera.h"
 #include "scene/normalisation.h"
 
@@ -43,7 +44,6 @@ struct Points {  // sparse cloud, normalised coordinates; may be empty
 };
 
 enum class Format { blender, transforms, colmap, metashape, realityscan };
-enum class BackgroundChoice { automatic, white, black };  // automatic: white if images have alpha, else black
 /// What the numbers of depth maps are. A scale, or scale and shift, is fitted to the sparse points
 /// (scene/load/depths.h).
 enum class DepthMaps {

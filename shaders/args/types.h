@@ -48,7 +48,7 @@ STRUCT ViewRecord {
   uint tile_offset;         // index of its first tile
   uint block_offset;        // index of its first block of 16 x 16 pixels
   uint index;               // of the view in the dataset; part of the thresholds' counter
-  POINTER(Uints) photo;     // RGBA8; alpha is the loss mask
+  POINTER(Uints) photo;     // see common/photograph.h
   float photograph_pixels;  // photograph pixels per pixel of this view
   uint depth_size;          // of the depth map: width | height << 16; 0: there is none
   // Sampling of the photograph: pixel (x, y) uses the 4 x 4 photograph pixels starting at (x + first_x, y + first_y)
@@ -56,6 +56,8 @@ STRUCT ViewRecord {
   vec4 taps_x, taps_y;  // multiples of 1/128 that sum to 1
   int first_x, first_y;
   POINTER(Floats) depth;  // depth map of the same field of view: inverse depth; 0: not measured
+  uint background;        // of this view, RGBA8; alpha 0: the background of the batch, on which the photographs are
+  uint pad0, pad1, pad2;
 };
 
 /// A triangle in one view. Pixels x, y in 16 bits each; the box is empty if min > max.
@@ -153,7 +155,7 @@ POINTER_TYPE(StatisticsRows, Statistics, 16)
 POINTER_TYPE(Controls, Control, 16)
 #endif
 #ifndef GL_core_profile
-static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
+static_assert(sizeof(ViewRecord) == 224 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
               sizeof(TextureTask) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
 static_assert(sizeof(StepState) == 64 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 48 && sizeof(Control) == 64);

@@ -15,8 +15,3 @@ FN void store_exposure(Float4s table, uint photograph, IN(Exposure) m) {
   table.v[photograph * 2u] = vec4(m.gain, m.variance);
   table.v[photograph * 2u + 1u] = vec4(m.offset, 0.0f);
 }
-
-/// Converts RGBA8 to 0..1; 255 is exactly 1.
-FN vec3 photograph_colour(uint rgba) {
-  return vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * (1.0f / 255.0f);
-}

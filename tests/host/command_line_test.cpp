@@ -66,7 +66,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.triangles == 15'000);
       CHECK(s.level_max == 5);
       CHECK(s.samples_per_pixel == 1);
-      CHECK(s.pixel_jitter == 0.25);
+      CHECK((s.pixel_jitter == 0.25 && s.random_background == 0.5));
       CHECK(s.exposure == !synthetic);
       CHECK_FALSE(s.published);
       CHECK((s.lr_end == 0.1 && s.lr_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6 && s.knee == 0.2));
@@ -156,7 +156,7 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(s.lr_vertex == published.lr_vertex);
     CHECK((s.lr_end == 0.01 && s.lr_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8 && s.knee == 0));
     CHECK(s.samples_per_pixel == 0);
-    CHECK(s.pixel_jitter == 0);
+    CHECK((s.pixel_jitter == 0 && s.random_background == 0));
     CHECK((s.published && !s.exposure));
     CHECK(settings_of({"--preset", "published", "--exposure"}, synthetic).exposure);
     // More steps than published do not slow vertices down.

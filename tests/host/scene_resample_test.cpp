@@ -72,7 +72,7 @@ TEST_CASE("RGB of transparent pixels does not bleed into edges", "[scene][resamp
   CHECK(small.colour[1] == glm::u8vec4(0, 0, 0, 0));
   const Image white = composite(small, 255);
   CHECK(std::vector<int>(white.rgba.begin(), white.rgba.begin() + 8) ==
-        std::vector<int>{255, 127, 127, 255, 255, 255, 255, 255});
+        std::vector<int>{255, 127, 127, 128 + 64, 255, 255, 255, 128});
   CHECK(int(composite(small, 0).rgba[0]) == 128);
 }
 
@@ -82,8 +82,13 @@ TEST_CASE("compositing without resampling is exact", "[scene][resample]") {
     const Image result = composite(from_coverage(image), 255);
     for (std::size_t c = 0; c < 3; ++c)
       CHECK(int(result.rgba[c]) == int(image.rgba[c] * alpha / 255.0 + 255 - alpha + 0.5));
-    CHECK(result.rgba[3] == 255);
+    CHECK(std::abs(result.rgba[3] - 128 - 127 * alpha / 255.0) <= 0.5);
+    // Its photograph is the same picture again, and can be averaged.
+    const Photograph again = from_view(result);
+    CHECK((again.inside.empty() && composite(again, 0).rgba == result.rgba));
   }
+  const Image excluded{2, 1, {1, 2, 3, 0, 4, 5, 6, 200}};
+  CHECK(composite(from_view(excluded), 0).rgba == excluded.rgba);
 }
 
 TEST_CASE("alpha as a mask does not change RGB and has the threshold 0.5", "[scene][resample]") {

@@ -43,6 +43,17 @@ Photograph from_mask(const Image& straight) {
   return photograph;
 }
 
+Photograph from_view(const Image& image) {
+  Photograph photograph = from_mask(image);
+  for (std::size_t i = 0; i < photograph.pixels(); ++i) {
+    const int alpha = image.rgba[4 * i + 3];
+    photograph.colour[i][3] = static_cast<std::uint8_t>(alpha >= 128 ? ((alpha - 128) * 255 + 63) / 127 : 255);
+  }
+  if (std::find(photograph.inside.begin(), photograph.inside.end(), 0) == photograph.inside.end())
+    photograph.inside.clear();
+  return photograph;
+}
+
 Image composite(const Photograph& photograph, std::uint8_t background) {
   Image image{photograph.width, photograph.height, {}};
   image.rgba.resize(photograph.pixels() * 4);
@@ -51,7 +62,8 @@ Image composite(const Photograph& photograph, std::uint8_t background) {
     const unsigned behind = ((255u - colour[3]) * background + 127) / 255;
     for (int c = 0; c < 3; ++c)
       image.rgba[4 * i + std::size_t(c)] = static_cast<std::uint8_t>(std::min(255u, colour[c] + behind));
-    image.rgba[4 * i + 3] = photograph.inside.empty() ? 255 : photograph.inside[i];
+    const bool inside = photograph.inside.empty() || photograph.inside[i] != 0;
+    image.rgba[4 * i + 3] = static_cast<std::uint8_t>(inside ? 128 + (colour[3] * 127 + 127) / 255 : 0);
   }
   return image;
 }

@@ -35,6 +35,9 @@ Photograph from_coverage(const Image& straight);
 /// Converts an image whose alpha is a loss mask (alpha >= 0.5: in the loss). RGB is unchanged.
 Photograph from_mask(const Image& straight);
 
+/// The photograph of a View's image, with the colours of its background where it does not hide it.
+Photograph from_view(const Image& image);
+
 /// Returns the image of a View: RGB composited on an opaque background with the grey level `background`, and the loss
 /// mask in A.
 Image composite(const Photograph& photograph, std::uint8_t background);

@@ -207,9 +207,7 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   report_masks(shots, decoded, options);
   const bool any_alpha =
       std::any_of(decoded.begin(), decoded.end(), [](const Decoded& d) { return d.alpha == AlphaFound::some; });
-  const bool white =
-      options.background == BackgroundChoice::white || (options.background == BackgroundChoice::automatic && any_alpha);
-  const std::uint8_t background = white ? 255 : 0;
+  const std::uint8_t background = grey_level(options.background, any_alpha);
   parallel_for(count, options.threads, [&](int i) {
     *images[std::size_t(i)] = composite(photographs[std::size_t(i)], background);
     photographs[std::size_t(i)] = {};  // frees memory, so that the scene is not stored twice

@@ -246,11 +246,22 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   return scene;
 }
 
+namespace {
+
+/// Adds colours and mask. Models of earlier versions have fingerprints without coverage.
+void add_to(Fingerprint& fingerprint, const Image& image) {
+  std::vector<std::uint8_t> rgba = image.rgba;
+  for (std::size_t i = 3; i < rgba.size(); i += 4) rgba[i] = rgba[i] >= 128 ? 255 : 0;
+  fingerprint.add(std::span<const std::uint8_t>(rgba));
+}
+
+}  // namespace
+
 std::uint64_t fingerprint_of_photographs(const std::vector<View>& views) {
   Fingerprint result;
   for (const View& view : views) {
     result.add(view.image.width), result.add(view.image.height);
-    result.add(std::span(view.image.rgba));
+    add_to(result, view.image);
     for (const float inverse : view.depth.inverse) result.add(double(inverse));
   }
   return result.value();

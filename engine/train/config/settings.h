@@ -52,6 +52,7 @@ struct Settings {
   double coarse_share = 0.5;       // first share of the steps, which trains textures of level 0 alone
   double small_share = 0;          // first share of the steps, which trains on smaller pictures
   double pixel_jitter = 0.25;      // largest distance of samples from pixel centres, pixels along each axis
+  double random_background = 0;    // share of views that steps see on random backgrounds, if photographs have alpha
   bool exposure = false;           // fits gains and offsets of each photograph (docs/method.md, "Exposure")
   bool pose_corrections = false;   // corrects the poses of training cameras (docs/method.md, "Poses")
   double pose_motion = 0.25;       // pixels; with a smaller median of the first corrections there are none

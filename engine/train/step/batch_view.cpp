@@ -53,6 +53,18 @@ glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView&
   return max_offset * glm::dvec2(view.width > 1 ? 2.0 * x - 1.0 : 0.0, view.height > 1 ? 2.0 * y - 1.0 : 0.0);
 }
 
+std::uint32_t random_background(std::uint64_t seed, std::uint64_t step, const BatchView& view, double share) {
+  if (share <= 0) return 0;
+  constexpr std::uint64_t kStream = 0x6261636b;  // "back"
+  soup::Random random(seed ^ (kStream << 24), step);
+  random.seek(std::uint64_t(view.index) * 4);
+  if (random.uniform01() >= share) return 0;
+  std::uint32_t rgba = 0xff000000u;
+  for (std::uint32_t shift = 0; shift < 24; shift += 8)
+    rgba |= std::min(255u, static_cast<std::uint32_t>(random.uniform01() * 256.0)) << shift;
+  return rgba;
+}
+
 BatchLayout lay_out(std::span<const BatchView> views) {
   BatchLayout layout;
   layout.views = static_cast<std::uint32_t>(views.size());
@@ -81,6 +93,7 @@ BatchLayout lay_out(std::span<const BatchView> views) {
     record.depth = view.depth;
     record.depth_size = view.depth_width | view.depth_height << 16;
     record.index = view.index;
+    record.background = view.background;
     record.photograph_pixels = static_cast<float>(view.photograph_pixels);
     const glm::dvec2 whole = glm::floor(view.offset);
     record.first_x = static_cast<int>(whole.x) - 1;

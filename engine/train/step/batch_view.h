@@ -21,6 +21,7 @@ struct BatchView {
   gpu::Address photo = 0;  // RGBA8, alpha is the loss mask; 0 if the view is only rendered
   gpu::Address depth = 0;  // depth map: inverse depths, 0 where not measured; 0 if there is none
   std::uint32_t depth_width = 0, depth_height = 0;
+  std::uint32_t background = 0;  // RGBA8, on which this view is rendered and photographed; alpha 0: the batch's
   std::uint32_t index = 0;       // of the view among the training views
   double photograph_pixels = 1;  // pixels of the photograph per pixel of this view
   glm::dvec2 offset{0.0};  // position of samples of soup and photograph relative to pixel centres: pixels right, down
@@ -38,6 +39,10 @@ BatchView sampled_at(const BatchView& view, glm::dvec2 pixels);
 /// Offset of a step's samples from the pixel centres of a view, pixels: uniform in -max_offset..max_offset along each
 /// axis, 0 along an axis of one pixel. Depends on the arguments and view.index only.
 glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double max_offset);
+
+/// Background of a step's view, RGBA8: for this share of steps and views a uniformly random colour, else 0. Depends on
+/// the arguments and view.index only.
+std::uint32_t random_background(std::uint64_t seed, std::uint64_t step, const BatchView& view, double share);
 
 /// Records and total sizes of a batch.
 struct BatchLayout {

@@ -22,7 +22,7 @@ SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, 
     const scene::View& v = views[i];
     BatchView view = batch_view(v.camera, settings.near, settings.far, small_view_scale(v.camera, settings));
     const scene::Photograph smaller =
-        scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
+        scene::area_resample(scene::from_view(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
     small.images[i] = scene::composite(smaller, 0);
     // A pixel is in the mask if half of its area is, so a mask of small specks can become empty.
     if (!has_pixels(small.images[i]) && has_pixels(v.image)) {

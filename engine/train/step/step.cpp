@@ -35,6 +35,12 @@ using namespace kernels;
 
 constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63) / 64; }
 
+/// The opaque RGBA8 value nearest to a colour.
+std::uint32_t packed(const glm::vec3& colour) {
+  const glm::uvec3 c(glm::round(255.0f * glm::clamp(colour, 0.0f, 1.0f)));
+  return c.r | c.g << 8 | c.b << 16 | 0xff000000u;
+}
+
 }  // namespace
 
 kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates,
@@ -161,7 +167,8 @@ void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
 void Step::photographs(const StepInputs& inputs) {
   const BatchLayout& batch = buffers_.batch();
   gpu_.launch({"sample_photographs"}, batch.blocks,
-              SamplePhotographsArgs{buffers_.views.address(), buffers_.target.address(), batch.blocks, batch.views});
+              SamplePhotographsArgs{buffers_.views.address(), buffers_.target.address(), batch.blocks, batch.views,
+                                    packed(inputs.background), 0});
   end_kernel();
   expose(inputs);
 }

@@ -16,6 +16,16 @@ double count_scale(const scene::Camera& camera) {
   return std::max(kCountScale, 64.0 / std::sqrt(double(camera.width) * camera.height));
 }
 
+/// Whether a photograph has a pixel in its mask that does not hide the background.
+bool shows_background(const std::vector<scene::View>& views) {
+  return std::any_of(views.begin(), views.end(), [](const scene::View& view) {
+    const std::vector<std::uint8_t>& rgba = view.image.rgba;
+    for (std::size_t i = 3; i < rgba.size(); i += 4)
+      if (rgba[i] >= 128 && rgba[i] < 255) return true;
+    return false;
+  });
+}
+
 double pixels_of(const std::vector<BatchView>& views) {
   double pixels = 0;
   for (const BatchView& v : views) pixels += double(v.width) * v.height;
@@ -25,7 +35,9 @@ double pixels_of(const std::vector<BatchView>& views) {
 }  // namespace
 
 TrainingViews::TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, std::uint64_t step)
-    : settings_(settings), photographs_(upload_photographs(gpu, scene.train)) {
+    : settings_(settings),
+      background_share_(shows_background(scene.train) ? settings.random_background : 0),
+      photographs_(upload_photographs(gpu, scene.train)) {
   if (settings.lambda_depth > 0 && settings.depth_until > 0) depths_ = upload_depths(gpu, scene.train);
   for (std::size_t i = 0; i < scene.train.size(); ++i) {
     masked_out_.push_back(!trisoup::has_pixels(scene.train[i].image));
@@ -75,8 +87,10 @@ bool TrainingViews::uses_small(std::uint64_t step) const { return small_ && step
 std::vector<BatchView> TrainingViews::batch(std::uint64_t step) {
   const std::vector<BatchView>& from = uses_small(step) ? small_->views : full_;
   std::vector<BatchView> views;
-  for (const std::uint32_t v : draw(step))
+  for (const std::uint32_t v : draw(step)) {
     views.push_back(sampled_at(from[v], pixel_jitter(settings_.seed, step, from[v], settings_.pixel_jitter)));
+    views.back().background = random_background(settings_.seed, step, from[v], background_share_);
+  }
   return views;
 }
 
@@ -89,7 +103,10 @@ std::vector<BatchView> TrainingViews::sample() const {
   constexpr std::size_t kMax = 64;
   std::vector<BatchView> chosen;
   const std::size_t count = std::min(kMax, full_.size());
-  for (std::size_t i = 0; i < count; ++i) chosen.push_back(full_[i * full_.size() / count]);
+  for (std::size_t i = 0; i < count; ++i) {
+    chosen.push_back(full_[i * full_.size() / count]);
+    chosen.back().background = random_background(settings_.seed, 0, chosen.back(), background_share_ > 0 ? 1 : 0);
+  }
   return chosen;
 }
 

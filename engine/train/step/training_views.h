@@ -31,7 +31,7 @@ class TrainingViews {
   const std::vector<BatchView>& full() const { return full_; }
   /// All views at the size in which visible pixels are counted.
   const std::vector<BatchView>& half() const { return half_; }
-  /// Up to 64 views, spread evenly: enough to measure a soup.
+  /// Up to 64 views, spread evenly: enough to measure a soup. On random backgrounds if steps see any.
   std::vector<BatchView> sample() const;
 
   /// Whether a view has a depth map and the settings use it.
@@ -46,11 +46,12 @@ class TrainingViews {
   double pace(std::uint64_t step, std::uint64_t last) const;
 
  private:
+  std::vector<std::uint32_t> draw(std::uint64_t step);
   void add_depth(const scene::View& view, BatchView& batch) const;
   bool uses_small(std::uint64_t step) const;
-  std::vector<std::uint32_t> draw(std::uint64_t step);
 
   const Settings& settings_;
+  const double background_share_;  // of views on random backgrounds
   Photographs photographs_, depths_;
   std::vector<BatchView> full_, half_;
   std::optional<SmallViews> small_;
