@@ -28,18 +28,25 @@ render::PathContext path_context(const Subject& subject) {
   return context;
 }
 
-FileCameras along_path(const Subject& subject, const json& document, const std::string& name,
-                       const FileCameraOptions& options) {
+render::CameraPath path_from(const Subject& subject, const json& document, const std::string& name,
+                             const std::filesystem::path& dataparser_file) {
   json dataparser;
-  if (!options.dataparser.empty()) {
+  if (!dataparser_file.empty()) {
     if (!document.contains("camera_path"))
       throw Error("--dataparser is for nerfstudio's camera paths, which {} is not; leave it out", name);
-    dataparser = scene::parse_json(read_file(options.dataparser), options.dataparser.string());
+    dataparser = scene::parse_json(read_file(dataparser_file), dataparser_file.string());
     if (!dataparser.is_object())
       throw Error("{}: is {}, not an object with transform and scale; give dataparser_transforms.json",
-                  options.dataparser.string(), dataparser.type_name());
+                  dataparser_file.string(), dataparser.type_name());
   }
-  const render::CameraPath path = render::read_camera_path(document, name, path_context(subject), dataparser);
+  return render::read_camera_path(document, name, path_context(subject), dataparser);
+}
+
+bool has_path(const json& document) {
+  return document.is_object() && (document.contains("keyframes") || document.contains("camera_path"));
+}
+
+FileCameras along(const render::CameraPath& path, const FileCameraOptions& options) {
   const double aspect = path.keys[0].shot.aspect;
   const glm::ivec2 rows720(2 * std::max(1, static_cast<int>(std::lround(360 * aspect))), 720);
   const glm::ivec2 size = options.size.value_or(path.size.value_or(rows720));
@@ -89,13 +96,21 @@ FileCameras of_transforms(const Subject& subject, const std::string& text, const
 
 }  // namespace
 
+bool is_camera_path(const std::filesystem::path& path) {
+  return path.extension() == ".json" && is_file(path) && has_path(scene::parse_json(read_file(path), path.string()));
+}
+
+render::CameraPath read_path(const Subject& subject, const std::filesystem::path& path,
+                             const std::filesystem::path& dataparser) {
+  return path_from(subject, scene::parse_json(read_file(path), path.string()), path.string(), dataparser);
+}
+
 FileCameras read_file_cameras(const Subject& subject, const std::filesystem::path& path,
                               const FileCameraOptions& options) {
   const std::string text = read_file(path), name = path.string();
   const json document = scene::parse_json(text, name);
-  const auto has = [&](const char* key) { return document.is_object() && document.contains(key); };
-  if (has("keyframes") || has("camera_path")) return along_path(subject, document, name, options);
-  if (has("frames")) return of_transforms(subject, text, path, options);
+  if (has_path(document)) return along(path_from(subject, document, name, options.dataparser), options);
+  if (document.is_object() && document.contains("frames")) return of_transforms(subject, text, path, options);
   throw Error("{}: has no cameras; give a path with \"keyframes\", nerfstudio's \"camera_path\" or a transforms.json",
               name);
 }

@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "render/camera_path.h"
 #include "subject.h"
 
 namespace trisoup::viewer {
@@ -22,6 +23,14 @@ struct FileCameraOptions {
   std::optional<glm::ivec2> size;    // of the pictures, instead of the file's
   std::optional<double> fps;         // instead of the file's
 };
+
+/// Whether a file is JSON with a camera path, not a transforms.json or another file. Throws Error if it is damaged
+/// JSON.
+bool is_camera_path(const std::filesystem::path& path);
+
+/// Reads a camera path of web pages or of nerfstudio, in dataset coordinates. Throws Error if it is none.
+render::CameraPath read_path(const Subject& subject, const std::filesystem::path& path,
+                             const std::filesystem::path& dataparser = {});
 
 /// Reads a camera path of web pages, one of nerfstudio, or a transforms.json, in dataset coordinates. Pictures of paths
 /// without a size have 720 rows. Lenses are without distortion. Throws Error if the file has no cameras.

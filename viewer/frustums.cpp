@@ -40,23 +40,25 @@ bool encloses(const std::vector<Line>& lines, const glm::dvec2& at) {
 
 }  // namespace
 
+std::optional<Line> line_on_screen(const glm::dvec3& from, const glm::dvec3& to, double near,
+                                   const scene::Camera& viewer) {
+  glm::dvec3 a(viewer.world_to_camera * glm::dvec4(from, 1.0)), b(viewer.world_to_camera * glm::dvec4(to, 1.0));
+  if (a.z < near && b.z < near) return std::nullopt;
+  if (a.z < near) a = glm::mix(a, b, (near - a.z) / (b.z - a.z));
+  if (b.z < near) b = glm::mix(b, a, (near - b.z) / (a.z - b.z));
+  const auto pixel = [&](const glm::dvec3& p) {
+    return glm::dvec2(viewer.cx + viewer.fx * p.x / p.z, viewer.cy + viewer.fy * p.y / p.z);
+  };
+  return Line{pixel(a), pixel(b)};
+}
+
 std::vector<Line> frustum_lines(const scene::Camera& camera, double length, const scene::Camera& viewer) {
   if (glm::length(camera.centre() - viewer.centre()) < length) return {};
   std::array<glm::dvec3, 5> corners = corners_of(camera, length);
-  for (glm::dvec3& p : corners) p = glm::dvec3(viewer.world_to_camera * glm::dvec4(p, 1.0));
-  const double near = kNearest * length;
   std::vector<Line> lines;
   constexpr std::array<std::pair<int, int>, 8> kEdges{{{0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 2}, {2, 3}, {3, 4}, {4, 1}}};
-  for (const auto& [i, j] : kEdges) {
-    glm::dvec3 a = corners[i], b = corners[j];
-    if (a.z < near && b.z < near) continue;
-    if (a.z < near) a = glm::mix(a, b, (near - a.z) / (b.z - a.z));
-    if (b.z < near) b = glm::mix(b, a, (near - b.z) / (a.z - b.z));
-    const auto pixel = [&](const glm::dvec3& p) {
-      return glm::dvec2(viewer.cx + viewer.fx * p.x / p.z, viewer.cy + viewer.fy * p.y / p.z);
-    };
-    lines.push_back({pixel(a), pixel(b)});
-  }
+  for (const auto& [i, j] : kEdges)
+    if (const auto line = line_on_screen(corners[i], corners[j], kNearest * length, viewer)) lines.push_back(*line);
   return lines;
 }
 

@@ -16,6 +16,11 @@ namespace trisoup::viewer {
 /// A line on the screen, pixels.
 using Line = std::array<glm::dvec2, 2>;
 
+/// Returns what `viewer` sees of the line between two points, normalised units; nullopt if all of it is closer along
+/// its axis than `near`, above 0. What is closer is cut off.
+std::optional<Line> line_on_screen(const glm::dvec3& from, const glm::dvec3& to, double near,
+                                   const scene::Camera& viewer);
+
 /// Returns the edges of a camera's pyramid as `viewer` sees them. length: from its eye to its picture, normalised
 /// units. Parts behind the viewer are cut off. Empty if the two eyes are closer than `length`: the pyramid would cover
 /// the window.

@@ -168,6 +168,7 @@ void Window::frame() {
     rest_.moved(Clock::now());
     redraw_ = std::max(redraw_, 2);
   }
+  advance_path(std::min(ImGui::GetIO().DeltaTime, 0.1f));
   handle_input();
   const bool rest_due = rest_.due(Clock::now());
   take_news(rest_due);

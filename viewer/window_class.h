@@ -1,6 +1,6 @@
 // Implementation of the window. window.cpp: main loop and surface. window_subject.cpp: models, datasets, trainings.
 // window_input.cpp: mouse and keys. window_panels.cpp: panels. window_picture.cpp: the image below the panels.
-// window_cameras.cpp: cameras and thumbnails.
+// window_cameras.cpp: cameras and thumbnails. window_path.cpp: the camera path.
 #pragma once
 
 #include <array>
@@ -22,6 +22,7 @@
 #include "kernel_renderer.h"
 #include "live.h"
 #include "navigation.h"
+#include "path_editor.h"
 #include "photographs.h"
 #include "picture.h"
 #include "render/renderer.h"
@@ -47,6 +48,7 @@ struct Choices {
   int up_axis = 0;                  // 0: as in the model; then +X -X +Y -Y +Z -Z
   bool smooth = true;               // on a CPU: lower the resolution for a higher frame rate, see wants_coarse()
   bool panel = true, help = false;  // visible panels
+  bool path = false;                // the panel of the camera path
   bool cameras = false;             // pyramids of the cameras, and thumbnails of the photographs
 };
 
@@ -129,13 +131,27 @@ class Window {
   void thumbnail_strip();
   void thumbnail_of(std::size_t index, float height, bool marked);
 
+  // window_path.cpp: the camera path
+  void open_path(const std::string& file);
+  void save_path();
+  void add_key_frame();
+  void go_to_key_frame(std::size_t key);
+  /// Shows the picture of the path at a time.
+  void show_path_at(double seconds);
+  void play_path(bool play);
+  void advance_path(double seconds);
+  void draw_path();
+  void path_panel();
+  void key_frame_row(std::size_t key);
+  void path_file_section();
+
   // window_panels.cpp: panels
   void panels();
   void view_panel();
   void model_section();
   void camera_section();
   void lens_section();
-  void path_section();
+  void open_section();
   void help_panel();
   void message_panel();
   void announce_shaders();
@@ -195,6 +211,12 @@ class Window {
   bool sliding_ = false;                               // the mouse drags the slider
   std::optional<std::size_t> camera_;                  // last view selected
   std::optional<std::size_t> start_camera_, nearest_;  // view in which the window began; last nearest to the picture
+  PathEditor camera_path_;
+  double path_time_ = 0;                                     // of the picture that show_path_at() showed, seconds
+  std::optional<std::pair<std::size_t, float>> typed_time_;  // time of a key frame that is being typed
+  bool playing_ = false;
+  std::array<char, 1024> path_file_{};  // to which the camera path is saved
+  std::string replaced_;                // file that another save may replace
   std::unique_ptr<Thumbnails> thumbnails_;
   float view_right_ = 0;    // right edge of the view panel, window units
   float strip_height_ = 0;  // of the thumbnails, window units

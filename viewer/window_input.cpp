@@ -44,7 +44,7 @@ void Window::listen() {
 }
 
 bool Window::animated() const {
-  if (navigation_.flying()) return true;
+  if (navigation_.flying() || playing_) return true;
   for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
     if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
   return false;
@@ -78,6 +78,12 @@ void Window::handle_key(int key, int modifiers) {
       break;
     case GLFW_KEY_G:
       go_to_nearest_photograph();
+      break;
+    case GLFW_KEY_K:
+      add_key_frame();
+      break;
+    case GLFW_KEY_L:
+      chosen_.path = !chosen_.path;
       break;
     case GLFW_KEY_P:
       take_screenshot();
@@ -163,7 +169,9 @@ void Window::handle_mouse() {
       navigation_.pan(-dx / pixels, dy / pixels);
   }
   if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
-  if (io.MouseWheel != 0 || (!sliding_ && (left || right || middle) && (dx != 0 || dy != 0))) rest_.moved(Clock::now());
+  if (io.MouseWheel == 0 && (sliding_ || !(left || right || middle) || (dx == 0 && dy == 0))) return;
+  playing_ = false;
+  rest_.moved(Clock::now());
 }
 
 void Window::handle_input() {

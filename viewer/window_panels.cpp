@@ -50,6 +50,7 @@ void Window::panels() {
   if (chosen_.panel && beside.view) view_panel();
   if (chosen_.help) help_panel();
   if (!message_.empty()) message_panel();
+  if (chosen_.path && chosen_.panel && model_ && !chosen_.help) path_panel();
   if (live_ && chosen_.panel && beside.training) training_panel(*live_, font_scale_);
 }
 
@@ -69,13 +70,15 @@ void Window::view_panel() {
     ImGui::SameLine();
     if (ImGui::Button("Picture (P)")) take_screenshot();
     ImGui::SameLine();
+    if (ImGui::Button("Path (L)")) chosen_.path = !chosen_.path;
+    ImGui::SameLine();
     if (ImGui::Button("Help (H)")) chosen_.help = !chosen_.help;
   } else if (live_) {
     ImGui::TextUnformatted("The soup appears when training begins.");
   } else {
     ImGui::TextUnformatted("Drop a model.glb, or a folder with one, on this window.");
   }
-  path_section();
+  open_section();
   ImGui::PushTextWrapPos(300 * font_scale_);
   if (!status_.empty()) ImGui::TextUnformatted(status_.c_str());
   ImGui::PopTextWrapPos();
@@ -148,7 +151,7 @@ void Window::lens_section() {
   }
 }
 
-void Window::path_section() {
+void Window::open_section() {
   if (ask_path_) ImGui::SetKeyboardFocusHere();
   ask_path_ = false;
   ImGui::InputTextWithHint("Open (O)", "model or dataset", path_.data(), path_.size());
@@ -186,6 +189,8 @@ void Window::help_panel() {
       "[ ]            previous, next camera\n"
       "C              show cameras; click: go there\n"
       "G              nearest photograph\n"
+      "K, L           camera path: add a key\n"
+      "               frame, show the panel\n"
       "Space          rendering, photograph, slider\n"
       "               (drag the line), error\n"
       "X              anti-aliasing\n"

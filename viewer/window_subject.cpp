@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "file_cameras.h"
 #include "thread_time.h"
 #include "window_class.h"
 
@@ -15,6 +16,7 @@ void Window::open(const std::string& path) {
   try {
     std::error_code problem;
     if (!std::filesystem::exists(path, problem)) throw Error("{}: no such file or folder; check the path", path);
+    if (subject_ && is_camera_path(path)) return open_path(path);
     const std::filesystem::path inside = std::filesystem::path(path) / "model.glb";
     if (!std::filesystem::is_directory(path, problem) || std::filesystem::exists(inside, problem)) {
       if (live_) throw Error("{}: this window shows a training; open the model with soup-view", path);

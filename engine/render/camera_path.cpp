@@ -40,6 +40,15 @@ scene::Camera camera_of(const Shot& shot, int width, int height) {
   return camera;
 }
 
+Shot shot_of(const scene::Camera& camera) {
+  Shot shot;
+  shot.eye = camera.centre();
+  shot.turn = glm::normalize(glm::quat_cast(glm::dmat3(camera.world_to_camera)));
+  shot.height = camera.height / camera.fy;
+  shot.aspect = std::clamp((camera.width / camera.fx) / shot.height, 0.1, 10.0);
+  return shot;
+}
+
 std::vector<double> picture_times(const CameraPath& path, std::optional<double> fps) {
   constexpr double kMost = 100'000, kDefault = 30, kRounding = 1e-6;
   std::vector<double> times;

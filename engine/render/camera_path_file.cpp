@@ -212,4 +212,18 @@ CameraPath read_camera_path(const json& document, const std::string& name, const
   return path;
 }
 
+nlohmann::json write_camera_path(const CameraPath& path, const scene::Normalisation& normalisation) {
+  json keys = json::array();
+  for (const KeyShot& key : path.keys) {
+    // From camera to world, OpenGL axes, column-major.
+    const glm::dmat3 rotation = glm::transpose(glm::mat3_cast(key.shot.turn));
+    const glm::dvec3 columns[] = {rotation[0], -rotation[1], -rotation[2], normalisation.to_world(key.shot.eye)};
+    json matrix = json::array();
+    for (int i = 0; i < 16; ++i) matrix.push_back(i % 4 < 3 ? columns[i / 4][i % 4] : i == 15 ? 1.0 : 0.0);
+    const double fov = 2 * std::atan(0.5 * key.shot.height) / kDegrees;
+    keys.push_back({{"time", key.time}, {"matrix", matrix}, {"fov", fov}, {"aspect", key.shot.aspect}});
+  }
+  return {{"keyframes", keys}, {"loop", path.loop}};
+}
+
 }  // namespace trisoup::render

@@ -1,4 +1,5 @@
-// Reads camera paths, as web/path.js: the JSON of web pages and nerfstudio's (web/tri-soup.d.ts describes both).
+// Reads and writes camera paths, as web/path.js: the JSON of web pages and nerfstudio's (web/tri-soup.d.ts describes
+// both).
 #pragma once
 
 #include <string>
@@ -21,5 +22,8 @@ struct PathContext {
 /// Throws Error that names the key frame if it is no path.
 CameraPath read_camera_path(const nlohmann::json& document, const std::string& name, const PathContext& context,
                             const nlohmann::json& dataparser = nullptr);
+
+/// Returns the path as JSON of web pages, in dataset coordinates: key frames with time, matrix, fov and aspect.
+nlohmann::json write_camera_path(const CameraPath& path, const scene::Normalisation& normalisation);
 
 }  // namespace trisoup::render

@@ -70,6 +70,34 @@ TEST_CASE("camera paths have the cameras of web pages", "[camera_path]") {
   }
 }
 
+TEST_CASE("a camera path that is written is read again", "[camera_path]") {
+  render::CameraPath path;
+  for (int i = 0; i < 3; ++i) {
+    scene::Camera camera =
+        render::look_at({1 + i, 2, 0.5 * i}, {0, 0.1 * i, 0}, {0.1, 0.2, 1}, 0.4 + 0.2 * i, 640, 360);
+    camera.fx = 1.1 * camera.fy;
+    path.keys.push_back({1.25 * i, render::shot_of(camera)});
+    const scene::Camera again = render::camera_of(path.keys.back().shot, 640, 400);
+    CHECK(again.fy == Approx(camera.fx).epsilon(1e-12));  // its width is seen
+    CHECK(glm::length(again.centre() - camera.centre()) < 1e-12);
+    CHECK(glm::length(again.forward() - camera.forward()) < 1e-12);
+  }
+  path.loop = true;
+  const render::PathContext context{{{10, 20, 30}, 0.5}, {0, 0, 1}, 0.7, 1.5};
+  const json written = render::write_camera_path(path, context.normalisation);
+  const render::CameraPath again = render::read_camera_path(written, "p.json", context);
+  REQUIRE(again.keys.size() == 3);
+  CHECK((again.loop && !again.fps && !again.size));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const render::KeyShot &a = path.keys[i], &b = again.keys[i];
+    CHECK(a.time == b.time);
+    CHECK(glm::length(a.shot.eye - b.shot.eye) < 1e-12);
+    CHECK(std::abs(glm::dot(a.shot.turn, b.shot.turn)) == Approx(1).epsilon(1e-12));
+    CHECK(a.shot.height == Approx(b.shot.height).epsilon(1e-12));
+    CHECK(a.shot.aspect == Approx(b.shot.aspect).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("pictures of a path follow its frame rate", "[camera_path]") {
   render::CameraPath path;
   path.keys = {{0, {}}, {0.5, {}}, {2, {}}};
