@@ -80,7 +80,10 @@ void Window::handle_key(int key, int modifiers) {
       go_to_nearest_photograph();
       break;
     case GLFW_KEY_K:
-      add_key_frame();
+      if (modifiers & GLFW_MOD_SHIFT)
+        play_path(!playing_);
+      else
+        add_key_frame();
       break;
     case GLFW_KEY_L:
       chosen_.path = !chosen_.path;
@@ -113,6 +116,12 @@ void Window::handle_key(int key, int modifiers) {
       break;
     case GLFW_KEY_Q:
       if (modifiers & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_, GLFW_TRUE);
+      break;
+    case GLFW_KEY_S:
+      if ((modifiers & GLFW_MOD_CONTROL) && !camera_path_.keys().empty()) save_path();
+      break;
+    case GLFW_KEY_Z:
+      if (modifiers & GLFW_MOD_CONTROL) camera_path_.undo();
       break;
     case GLFW_KEY_ESCAPE:
       chosen_.help = false;
@@ -182,7 +191,7 @@ void Window::handle_input() {
   }
   for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
   if (io.WantTextInput) return;
-  const auto down = [&](int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; };
+  const auto down = [&](int key) { return ImGui::IsKeyDown(key) && !io.KeyCtrl ? 1.0 : 0.0; };
   const double step = 0.5 * std::min(io.DeltaTime, 0.1f) * (io.KeyShift ? 4.0 : 1.0) * navigation_.home().distance;
   const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q),
                       down(GLFW_KEY_W) - down(GLFW_KEY_S));

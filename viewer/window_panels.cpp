@@ -69,8 +69,7 @@ void Window::view_panel() {
     if (ImGui::Button("Reset (R)")) reset_view();
     ImGui::SameLine();
     if (ImGui::Button("Picture (P)")) take_screenshot();
-    ImGui::SameLine();
-    if (ImGui::Button("Path (L)")) chosen_.path = !chosen_.path;
+    if (ImGui::Button("Camera path (L)")) chosen_.path = !chosen_.path;
     ImGui::SameLine();
     if (ImGui::Button("Help (H)")) chosen_.help = !chosen_.help;
   } else if (live_) {
@@ -189,8 +188,9 @@ void Window::help_panel() {
       "[ ]            previous, next camera\n"
       "C              show cameras; click: go there\n"
       "G              nearest photograph\n"
-      "K, L           camera path: add a key\n"
-      "               frame, show the panel\n"
+      "L, K           camera path: show, add view\n"
+      "Shift K        play or stop it\n"
+      "Ctrl S, Ctrl Z save it, undo a change\n"
       "Space          rendering, photograph, slider\n"
       "               (drag the line), error\n"
       "X              anti-aliasing\n"

@@ -115,18 +115,21 @@ void Window::draw_path() {
   glm::dvec3 from = keys.front().shot.eye;
   for (int i = 1; i <= pieces && keys.size() > 1; ++i) {
     const glm::dvec3 to = render::shot_at(keys, keys[0].time + (seconds - keys[0].time) * i / pieces).eye;
-    if (const auto line = line_on_screen(from, to, 1e-3 * navigation_.home().distance, viewer)) draw_line(*line, kPath, font_scale_);
+    if (const auto line = line_on_screen(from, to, 1e-3 * navigation_.home().distance, viewer))
+      draw_line(*line, kPath, font_scale_);
     from = to;
   }
   const std::size_t step = std::max<std::size_t>(1, keys.size() / 200);
   for (std::size_t i = 0; i < keys.size(); i += step)
-    for (const Line& line : frustum_lines(render::camera_of(keys[i].shot, 1000, static_cast<int>(1000 / keys[i].shot.aspect)),
-                                          kKeyLength * navigation_.home().distance, viewer))
+    for (const Line& line :
+         frustum_lines(render::camera_of(keys[i].shot, 1000, static_cast<int>(1000 / keys[i].shot.aspect)),
+                       kKeyLength * navigation_.home().distance, viewer))
       draw_line(line, camera_path_.selected() == i ? kSelectedKey : kPath, font_scale_);
 }
 
 void Window::key_frame_row(std::size_t key) {
   ImGui::PushID(static_cast<int>(key));
+  ImGui::AlignTextToFramePadding();
   const std::string label = fmt::format("{}", key + 1);
   if (ImGui::Selectable(label.c_str(), camera_path_.selected() == key, 0, {26 * font_scale_, 0})) go_to_key_frame(key);
   ImGui::SameLine();
@@ -163,9 +166,9 @@ void Window::path_file_section() {
 
 void Window::path_panel() {
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({screen.x - 10, screen.y - 10 - strip_height_}, ImGuiCond_Appearing, {1.0f, 1.0f});
+  ImGui::SetNextWindowPos({screen.x - 10, screen.y - 10 - strip_height_}, ImGuiCond_Always, {1.0f, 1.0f});
   ImGui::Begin("Camera path", &chosen_.path,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
   const std::size_t count = camera_path_.keys().size();
   if (ImGui::Button("Add (K)")) add_key_frame();
   ImGui::SameLine();

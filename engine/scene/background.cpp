@@ -25,10 +25,14 @@ BackgroundChoice nearest_background(const glm::vec3& colour) {
 
 std::uint8_t grey_level(BackgroundChoice choice, bool any_alpha) {
   switch (choice) {
-    case BackgroundChoice::white: return 255;
-    case BackgroundChoice::grey: return 128;
-    case BackgroundChoice::black: return 0;
-    case BackgroundChoice::automatic: break;
+    case BackgroundChoice::white:
+      return 255;
+    case BackgroundChoice::grey:
+      return 128;
+    case BackgroundChoice::black:
+      return 0;
+    case BackgroundChoice::automatic:
+      break;
   }
   return any_alpha ? 255 : 0;
 }

@@ -67,7 +67,8 @@ TEST_CASE("a view with its own background has the photograph and the rendering o
 
   const std::uint32_t pixels = s.buffers.batch().pixels, half = pixels / 2;
   const auto targets = gpu->download_vector<std::uint32_t>(s.buffers.target.address(), pixels);
-  const std::vector<std::uint32_t> first(targets.begin(), targets.begin() + half), second(targets.begin() + half, targets.end());
+  const std::vector<std::uint32_t> first(targets.begin(), targets.begin() + half),
+      second(targets.begin() + half, targets.end());
   CHECK(largest_difference(first, photograph) == 0);
   // Both are rounded, and the photograph's error is that of its composition on white.
   CHECK(largest_difference(second, photograph_on(bytes_of(kOwn), kSide)) <= 1);

@@ -72,7 +72,9 @@ TEST_CASE("every change of a path can be undone", "[path_editor]") {
   for (int i = 0; i < 90; ++i) {
     before.emplace_back(times(editor), places(editor));
     const std::size_t n = editor.keys().size();
-    const auto at = [&](std::size_t count) { return std::min(count - 1, std::size_t(random.uniform01() * float(count))); };
+    const auto at = [&](std::size_t count) {
+      return std::min(count - 1, std::size_t(random.uniform01() * float(count)));
+    };
     const auto what = n < 3 ? 0 : at(6);
     if (what == 0) editor.add(shot(i));
     if (what == 1) editor.remove(at(n));
