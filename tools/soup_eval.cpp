@@ -55,6 +55,7 @@ struct Options {
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
+  double pixels_per_degree = train::Flip::kPixelsPerDegree;
   bool with_renderer = false, agreement = false, align = false;
   std::string aa = "none";
   CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr,
@@ -87,8 +88,13 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
   app.add_option("--json", o.json_path, "write the JSON to this file; -: standard output [-]");
   app.add_option("--renders", o.renders,
-                 "folder for images of photograph and rendering side by side, and masks of\n"
-                 "the pixels that two training views show");
+                 "folder for images of photograph and rendering side by side, masks of\n"
+                 "the pixels that two training views show, and FLIP's errors (black to yellow)");
+  app.add_option("--pixels-per-degree", o.pixels_per_degree,
+                 "of the person for whom FLIP is measured, 1 to 400 [67: 0.7 m from a monitor 0.7 m\n"
+                 "and 3840 pixels wide]")
+      ->check(CLI::Range(train::Flip::kFewest, train::Flip::kMost))
+      ->option_text("X");
   app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
   app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))
@@ -189,7 +195,11 @@ void evaluate(Options& o) {
     take_out_validation(file, scene);
     witnesses.views = &scene.train;
   }
+  train::PerceptualOptions perceptual{.wanted = true, .pixels_per_degree = o.pixels_per_degree};
   if (!o.renders.empty()) {
+    perceptual.on_errors = [&](const scene::View& view, const std::vector<float>& errors) {
+      pictures->write_errors(view, errors);
+    };
     pictures.emplace(std::filesystem::path(o.renders) / "renders").create();
     on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
     witnesses.on_covisible = [&](const scene::View& view, const std::vector<std::uint8_t>& mask) {
@@ -202,10 +212,10 @@ void evaluate(Options& o) {
     return;
   }
   const train::Evaluation evaluation =
-      o.with_renderer
-          ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(o.aa),
-                                     on_render)
-          : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr, witnesses);
+      o.with_renderer ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
+                                                 *render::anti_aliasing_from(o.aa), on_render, perceptual)
+                      : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr,
+                                        witnesses, perceptual);
   if (pictures) pictures->finish();
   nlohmann::json json = to_json(evaluation);
   if (auto baked = soup::read_plain_colours(bytes_of(read_file(o.model_path)), o.model_path)) {
@@ -226,7 +236,8 @@ void evaluate(Options& o) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Renders the test views of DATASET from MODEL and compares them with the photographs. Prints JSON with psnr,\n"
-      "ssim and mae, as means and per view, also over the pixels that two training views show (psnr_covisible).\n"
+      "ssim, ms_ssim, flip and mae, as means and per view, also over the pixels that two training views show\n"
+      "(psnr_covisible). "
       "Dataset options and clip planes that are not given come from the model."};
   Options o;
   add_options(app, o);

@@ -6,11 +6,12 @@
 set(variants
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
   "count_visible 0" "count_visible 1" "covisible" "depth_gradient" "edge_forces 0" "edge_forces 1" "expose"
-  "fetch_features" "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2"
-  "importance 0" "importance 1"
+  "fetch_features" "fit_exposure" "flip_errors" "flip_rows" "halve 0" "halve 1" "hide_triangles"
+  "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
   "inherit_textures" "keep_range" "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure"
-  "measure_motion" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"
-  "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise" "sample_photographs"
+  "measure_motion" "measure_visible" "ms_ssim 0" "ms_ssim 1" "opacity_backward 0" "opacity_backward 1"
+  "paint_textures" "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise"
+  "sample_photographs"
   "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
   "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients"
   "ssim 0" "ssim 1" "sum_photographs" "update_mlp 0" "update_mlp 1"
@@ -74,10 +75,11 @@ endfunction()
 set(lane_variants_0
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
   "count_visible 0" "count_visible 1" "covisible" "depth_gradient" "edge_forces 0" "expose" "fetch_features"
-  "fit_exposure"
+  "fit_exposure" "flip_errors" "flip_rows" "halve 0" "halve 1"
   "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
   "inherit_textures" "keep_range" "upsample_textures"
-  "loss_gradient 0" "measure_exposure" "measure_motion" "measure_visible" "opacity_backward 0" "opacity_backward 1"
+  "loss_gradient 0" "measure_exposure" "measure_motion" "measure_visible" "ms_ssim 0" "ms_ssim 1"
+  "opacity_backward 0" "opacity_backward 1"
   "paint_textures" "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise"
   "sample_photographs" "sort_gradients" "sum_photographs")
 set(lane_variants_1
