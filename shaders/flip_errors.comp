@@ -43,17 +43,17 @@ FN float error_at(TAKES_ARGUMENTS uint x, uint y) {
   const Filtered shown = filter_columns(GIVES_ARGUMENTS 0u, x, y);
   const Filtered wanted = filter_columns(GIVES_ARGUMENTS 1u, x, y);
   const float colour = colour_error(shown.colour, wanted.colour, a.most);
-  const float feature =
-      sqrt(max(abs(shown.edge - wanted.edge), abs(shown.point - wanted.point)) * 0.70710678f);
+  const float feature = sqrt(max(abs(shown.edge - wanted.edge), abs(shown.point - wanted.point)) * 0.70710678f);
   return power(colour, 1.0f - min(feature, 1.0f));
 }
 
 KERNEL_MAIN(64) {
-  const uint i = thread_index(), thread = gl_LocalInvocationIndex;
+  const uint across = (a.width + 63u) / 64u, group = group_index(), thread = gl_LocalInvocationIndex;
+  if (group >= across * (a.last - a.first)) return;
+  const uint y = a.first + group / across, x = (group % across) * 64u + thread;
   float error = 0.0f;
   uint count = 0u;
-  if (i < (a.last - a.first) * a.width) {
-    const uint x = i % a.width, y = a.first + i / a.width;
+  if (x < a.width) {
     if (in_mask(a.target.v[y * a.width + x])) {
       error = error_at(GIVES_ARGUMENTS x, y);
       count = 1u;

@@ -19,8 +19,7 @@ FN void load(TAKES_ARGUMENTS uint index, uint slot) {
   if (counts) {
     shown = clamp(vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]), vec3(0.0f),
                   vec3(1.0f));
-    wanted =
-        vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * vec3(1.0f / 255.0f);
+    wanted = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * vec3(1.0f / 255.0f);
   }
   const vec3 first = opponent(shown), second = opponent(wanted);
   UNROLL for (uint c = 0u; c < 3u; ++c) {
@@ -55,6 +54,6 @@ KERNEL_MAIN(64) {
       sum[6] += a.taps.v[6u * taps + k] * y;
     }
     UNROLL for (uint f = 0u; f < FLIP_FILTERS; ++f)
-      a.rows.v[((picture * FLIP_FILTERS + f) * a.row_count + row) * a.width + x] = sum[f];
+        a.rows.v[((picture * FLIP_FILTERS + f) * a.row_count + row) * a.width + x] = sum[f];
   }
 }

@@ -32,9 +32,7 @@ FN vec3 opponent(vec3 shown) {
 }
 
 /// The curve of CIELab.
-FN float lab_curve(float t) {
-  return t > 0.008856452f ? power(t, 0.33333333f) : t * 7.787037f + 0.13793103f;
-}
+FN float lab_curve(float t) { return t > 0.008856452f ? power(t, 0.33333333f) : t * 7.787037f + 0.13793103f; }
 
 /// CIELab of filtered opponent colours, with chroma scaled by lightness (Hunt effect).
 FN vec3 hunt_lab(vec3 filtered) {

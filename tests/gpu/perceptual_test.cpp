@@ -83,7 +83,8 @@ Pair noisy_pair(int width, int height, int mask) {
         const double base = 0.15 + 0.5 * x / width + (y > height / 2 ? 0.2 : 0.0) - 0.1 * double(c);
         shown[c] = std::clamp(base + 0.2 * (random.uniform01() - 0.5), 0.0, 1.0);
         wanted[c] = int(std::lround(
-            255 * std::clamp(shown[c] + 0.8 * x / width * (random.uniform01() - 0.5) * (y % 7 == 0 ? 0.0 : 1.0), 0.0, 1.0)));
+            255 *
+            std::clamp(shown[c] + 0.8 * x / width * (random.uniform01() - 0.5) * (y % 7 == 0 ? 0.0 : 1.0), 0.0, 1.0)));
       }
       pair.set(x, y, shown, wanted, mask > 0 && (x + 3 * y) % mask == 0);
     }
@@ -171,7 +172,7 @@ struct Filter {
 };
 
 struct FlipFilters {
-  std::vector<Filter> colour;                     // of Yy, Cx, Cz
+  std::vector<Filter> colour;                        // of Yy, Cx, Cz
   std::vector<Filter> edge_x, edge_y, dot_x, dot_y;  // one each
 };
 
@@ -209,8 +210,7 @@ std::vector<double> flip_by_definition(const Pair& pair, double per_degree) {
       for (int picture = 0; picture < 2; ++picture) {
         Triple filtered;
         for (std::size_t c = 0; c < 3; ++c)
-          filtered[c] =
-              filters.colour[c].at(x, y, [&](int i, int j) { return yycxcz(pair.shown(picture, i, j))[c]; });
+          filtered[c] = filters.colour[c].at(x, y, [&](int i, int j) { return yycxcz(pair.shown(picture, i, j))[c]; });
         lab[picture] = lab_with_hunt(light_of_yycxcz(filtered));
         const auto grey = [&](int i, int j) { return (yycxcz(pair.shown(picture, i, j))[0] + 16) / 116; };
         edge[picture] = std::hypot(filters.edge_x[0].at(x, y, grey), filters.edge_y[0].at(x, y, grey));
@@ -237,7 +237,8 @@ Plane halved_plane(const Plane& p) {
   Plane half{(p.width + 1) / 2, (p.height + 1) / 2, {}};
   for (int y = 0; y < half.height; ++y)
     for (int x = 0; x < half.width; ++x)
-      half.values.push_back((p(2 * x, 2 * y) + p(2 * x + 1, 2 * y) + p(2 * x, 2 * y + 1) + p(2 * x + 1, 2 * y + 1)) / 4);
+      half.values.push_back((p(2 * x, 2 * y) + p(2 * x + 1, 2 * y) + p(2 * x, 2 * y + 1) + p(2 * x + 1, 2 * y + 1)) /
+                            4);
   return half;
 }
 

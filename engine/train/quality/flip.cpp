@@ -106,7 +106,7 @@ std::optional<double> Flip::measure(gpu::Address colour, gpu::Address target, st
     const std::uint32_t rows = std::min(height, last + radius_) - from;
     gpu_.launch({"flip_rows"}, std::uint64_t((width + 63) / 64) * rows,
                 kernels::FlipRowsArgs{colour, target, taps_.address(), rows_.address(), width, from, rows, radius_});
-    gpu_.launch({"flip_errors"}, (std::uint64_t(width) * (last - first) + 63) / 64,
+    gpu_.launch({"flip_errors"}, std::uint64_t((width + 63) / 64) * (last - first),
                 kernels::FlipErrorsArgs{target, taps_.address(), rows_.address(), errors_.address(), sums_.address(),
                                         width, height, from, rows, first, last, radius_,
                                         static_cast<float>(blue_share_), static_cast<float>(kLargestColourError), 0});

@@ -38,9 +38,8 @@ std::optional<double> MsSsim::measure(gpu::Address colour, gpu::Address target, 
     const std::uint32_t is_float = scale > 0 ? 1 : 0, last = scale + 1 == kScales ? 1 : 0;
     const gpu::Address bytes_8 = scale == 0 ? wanted : 0, floats = scale == 0 ? 0 : wanted;
     windows[scale] = double(w - 10) * (h - 10);
-    gpu_.launch(
-        {"ms_ssim", {is_float}}, std::uint64_t((w + 15) / 16) * ((h + 15) / 16),
-        kernels::MsSsimArgs{shown, bytes_8, floats, sums_.address() + 24ull * scale, w, h, last, 0});
+    gpu_.launch({"ms_ssim", {is_float}}, std::uint64_t((w + 15) / 16) * ((h + 15) / 16),
+                kernels::MsSsimArgs{shown, bytes_8, floats, sums_.address() + 24ull * scale, w, h, last, 0});
     if (last != 0) break;
     const std::uint64_t pixels = std::uint64_t(halved(w)) * halved(h);
     gpu_.launch({"halve", {is_float}}, (pixels + 63) / 64,

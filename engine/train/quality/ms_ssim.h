@@ -12,7 +12,8 @@ namespace trisoup::train {
 
 class MsSsim {
  public:
-  static constexpr std::array<double, 5> kWeights{0.0448, 0.2856, 0.3001, 0.2363, 0.1333};  // of the scales, as published
+  static constexpr std::array<double, 5> kWeights{0.0448, 0.2856, 0.3001, 0.2363,
+                                                  0.1333};  // of the scales, as published
   /// Shortest side with one window of 11 pixels in the last scale, as other implementations demand.
   static constexpr std::uint32_t kShortestSide = 10 * 16 + 1;
 
