@@ -23,8 +23,6 @@ KERNEL(64, ConvolveArgs) {
         UNROLL for (uint q = 0u; q < 4u; ++q) sum[q] += value * a.weights.v[at + q];
       }
     }
-  UNROLL for (uint q = 0u; q < 4u; ++q)
-    UNROLL for (uint c = 0u; c < 4u; ++c)
-      if (4u * q + c < a.result_channels)
-        a.result.v[((4u * q + c) * a.result_height + y) * a.result_width + x] = max(sum[q][c], 0.0f);
+  UNROLL for (uint q = 0u; q < 4u; ++q) UNROLL for (uint c = 0u; c < 4u; ++c) if (4u * q + c < a.result_channels)
+      a.result.v[((4u * q + c) * a.result_height + y) * a.result_width + x] = max(sum[q][c], 0.0f);
 }

@@ -36,7 +36,8 @@ const std::vector<std::string> kColumns = {
     "date",           "step",    "seconds",  "cpu_seconds",    "triangles",      "psnr",
     "ssim",           "mae",     "bytes",    "frame_ms",       "frame_size",     "frames",
     "frame_device",   "views",   "size",     "kernel",         "kernel_ms",      "timed_steps",
-    "nothing_learnt", "dataset", "settings", "psnr_covisible", "ssim_covisible", "covisible", "ms_ssim", "flip"};
+    "nothing_learnt", "dataset", "settings", "psnr_covisible", "ssim_covisible", "covisible",
+    "ms_ssim",        "flip"};
 
 std::atomic<bool> g_stop{false};
 

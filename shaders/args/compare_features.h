@@ -10,7 +10,7 @@ namespace KERNEL_TYPES {
 struct CompareFeaturesArgs {
   POINTER(Floats) first, second;  // [channels][pixels]
   POINTER(Floats) weights;        // [channels]
-  POINTER(Uints) sums;            // added to: sum over the pixels in fixed point, in units of IMAGE_SUM_UNIT (two words)
+  POINTER(Uints) sums;  // added to: sum over the pixels in fixed point, in units of IMAGE_SUM_UNIT (two words)
   uint pixels, channels;
 };
 

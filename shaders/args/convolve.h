@@ -9,7 +9,7 @@ namespace KERNEL_TYPES {
 /// Convolution with zeros beyond the edges, and ReLU: CONVOLVE_CHANNELS channels of the result. One workgroup per 64
 /// values of a row.
 struct ConvolveArgs {
-  POINTER(Floats) from;     // [channels][height][width]
+  POINTER(Floats) from;      // [channels][height][width]
   POINTER(Float4s) weights;  // [channels][size][size][CONVOLVE_CHANNELS]
   POINTER(Float4s) bias;     // [CONVOLVE_CHANNELS]
   POINTER(Floats) result;    // [CONVOLVE_CHANNELS][result_height][result_width]

@@ -8,7 +8,7 @@ namespace KERNEL_TYPES {
 
 /// Maxima of squares of `size` values. One thread per value of the result.
 struct MaxPoolArgs {
-  POINTER(Floats) from;   // [channels][height][width]
+  POINTER(Floats) from;    // [channels][height][width]
   POINTER(Floats) result;  // [channels][result_height][result_width]
   uint width, height;
   uint result_width, result_height;

@@ -17,9 +17,10 @@ namespace {
 struct SmallNetwork {
   std::string layers = "conv:1:1 tap pool:3:2 conv:2:2 tap pool:2:2 conv:1:0 tap";
   std::vector<std::pair<std::string, std::vector<std::uint64_t>>> shapes{
-      {"shift", {3}},           {"scale", {3}},        {"conv.0.weight", {5, 3, 3, 3}},  {"conv.0.bias", {5}},
-      {"tap.0.weight", {5}},    {"conv.1.weight", {19, 5, 5, 5}}, {"conv.1.bias", {19}}, {"tap.1.weight", {19}},
-      {"conv.2.weight", {33, 19, 1, 1}}, {"conv.2.bias", {33}},   {"tap.2.weight", {33}}};
+      {"shift", {3}},        {"scale", {3}},         {"conv.0.weight", {5, 3, 3, 3}},
+      {"conv.0.bias", {5}},  {"tap.0.weight", {5}},  {"conv.1.weight", {19, 5, 5, 5}},
+      {"conv.1.bias", {19}}, {"tap.1.weight", {19}}, {"conv.2.weight", {33, 19, 1, 1}},
+      {"conv.2.bias", {33}}, {"tap.2.weight", {33}}};
   std::map<std::string, std::vector<float>> values;
 
   SmallNetwork() {
@@ -72,8 +73,10 @@ struct Activations {
 
 Activations convolved_in_double(const Activations& from, const std::vector<float>& weights,
                                 const std::vector<float>& bias, int size, int stride, int padding) {
-  Activations to{int(bias.size()), (from.width + 2 * padding - size) / stride + 1,
-                 (from.height + 2 * padding - size) / stride + 1, {}};
+  Activations to{int(bias.size()),
+                 (from.width + 2 * padding - size) / stride + 1,
+                 (from.height + 2 * padding - size) / stride + 1,
+                 {}};
   for (int o = 0; o < to.channels; ++o)
     for (int y = 0; y < to.height; ++y)
       for (int x = 0; x < to.width; ++x) {
@@ -108,9 +111,8 @@ double tap_distance(const Activations& a, const Activations& b, const std::vecto
       double first = 0, second = 0;
       for (int c = 0; c < a.channels; ++c) first += std::pow(a.at(c, x, y), 2), second += std::pow(b.at(c, x, y), 2);
       for (int c = 0; c < a.channels; ++c)
-        sum += weights[std::size_t(c)] * std::pow(a.at(c, x, y) / (std::sqrt(first) + 1e-10) -
-                                                      b.at(c, x, y) / (std::sqrt(second) + 1e-10),
-                                                  2);
+        sum += weights[std::size_t(c)] *
+               std::pow(a.at(c, x, y) / (std::sqrt(first) + 1e-10) - b.at(c, x, y) / (std::sqrt(second) + 1e-10), 2);
     }
   return sum / (a.width * a.height);
 }
@@ -153,7 +155,8 @@ TEST_CASE("LPIPS is as defined", "[lpips][each_driver]") {
     for (int p = 0; p < width * height; ++p) {
       for (int c = 0; c < 3; ++c) {
         colour.push_back(random.uniform01());
-        photograph.rgba.push_back(std::uint8_t(255 * std::clamp(colour.back() + 0.3f * (random.uniform01() - 0.5f), 0.f, 1.f)));
+        photograph.rgba.push_back(
+            std::uint8_t(255 * std::clamp(colour.back() + 0.3f * (random.uniform01() - 0.5f), 0.f, 1.f)));
       }
       photograph.rgba.push_back(p % 17 == 3 ? 0 : 255);
     }
@@ -203,8 +206,8 @@ TEST_CASE("LPIPS: what is wrong with a file is said", "[lpips]") {
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:1"; }), Contains("no layer is a tap"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:1 tap"; }), Contains("belongs to no layer"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers += " tap"; }), Contains("'tap.3.weight'"));
-  for (const char* word : {"conv", "conv:1", "conv:0:1", "conv:1:-1", "conv:-1:1", "conv:1:1:1", "conv:1:1x", "pool:0:1",
-                           "pool:2:0", "pool:99:1", "dense:1:1", "conv:1:99999999999"})
+  for (const char* word : {"conv", "conv:1", "conv:0:1", "conv:1:-1", "conv:-1:1", "conv:1:1:1", "conv:1:1x",
+                           "pool:0:1", "pool:2:0", "pool:99:1", "dense:1:1", "conv:1:99999999999"})
     CHECK_THAT(message([&](SmallNetwork& n) { n.layers = std::string(word) + " " + n.layers; }), Contains(word));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:3 tap"; }), Contains("larger than the padding"));
   CHECK_THAT(message([](SmallNetwork& n) { n.values.at("scale")[1] = 0; }), Contains("'scale'"));

@@ -96,10 +96,11 @@ class NetworkReader {
   void read_convolution(LpipsLayer& layer) {
     const std::string name = "conv." + std::to_string(convolutions_++);
     const std::vector<std::uint64_t>& shape = file_.info(name + ".weight").shape;
-    if (shape.size() != 4 || shape[0] < 1 || shape[0] > kMostChannels || shape[1] != channels_ || shape[2] != shape[3] ||
-        shape[2] < 1 || shape[2] > kMostSize || shape[2] <= layer.padding)
-      throw Error("{}: array '{}.weight' is not {} channels of squares of at most {} values, larger than the padding; {}",
-                  file_.where(), name, channels_, kMostSize, kConvertAgain);
+    if (shape.size() != 4 || shape[0] < 1 || shape[0] > kMostChannels || shape[1] != channels_ ||
+        shape[2] != shape[3] || shape[2] < 1 || shape[2] > kMostSize || shape[2] <= layer.padding)
+      throw Error(
+          "{}: array '{}.weight' is not {} channels of squares of at most {} values, larger than the padding; {}",
+          file_.where(), name, channels_, kMostSize, kConvertAgain);
     layer.kind = LpipsLayer::Kind::convolution;
     layer.results = static_cast<std::uint32_t>(shape[0]);
     layer.size = static_cast<std::uint32_t>(shape[2]);
@@ -189,13 +190,13 @@ Lpips::Features Lpips::convolved(const Loaded& loaded, const Features& from) {
   for (std::size_t picture = 0; picture < 2; ++picture) {
     to.values[picture] = gpu_.allocate(4 * pixels * layer.results, "features of LPIPS");
     for (std::uint32_t first = 0; first < layer.results; first += CONVOLVE_CHANNELS) {
-      gpu_.launch({"convolve", {layer.stride == 1 ? 0u : 1u}}, std::uint64_t((to.width + 63) / 64) * to.height,
-                  kernels::ConvolveArgs{from.values[picture].address(), loaded.weights.address() + 4 * taps * first,
-                                        loaded.bias.address() + 4ull * first,
-                                        to.values[picture].address() + 4 * pixels * first, layer.channels, from.width,
-                                        from.height, to.width, to.height,
-                                        std::min<std::uint32_t>(CONVOLVE_CHANNELS, layer.results - first), layer.size,
-                                        layer.stride, layer.padding, 0});
+      gpu_.launch(
+          {"convolve", {layer.stride == 1 ? 0u : 1u}}, std::uint64_t((to.width + 63) / 64) * to.height,
+          kernels::ConvolveArgs{from.values[picture].address(), loaded.weights.address() + 4 * taps * first,
+                                loaded.bias.address() + 4ull * first, to.values[picture].address() + 4 * pixels * first,
+                                layer.channels, from.width, from.height, to.width, to.height,
+                                std::min<std::uint32_t>(CONVOLVE_CHANNELS, layer.results - first), layer.size,
+                                layer.stride, layer.padding, 0});
       gpu_.cut();
     }
   }
@@ -208,10 +209,10 @@ Lpips::Features Lpips::pooled(const LpipsLayer& layer, const Features& from) {
   const std::uint64_t values = std::uint64_t(to.width) * to.height * layer.channels;
   for (std::size_t picture = 0; picture < 2; ++picture) {
     to.values[picture] = gpu_.allocate(4 * values, "features of LPIPS");
-    gpu_.launch({"max_pool"}, (values + 63) / 64,
-                kernels::MaxPoolArgs{from.values[picture].address(), to.values[picture].address(), from.width,
-                                     from.height, to.width, to.height, static_cast<std::uint32_t>(values), layer.size,
-                                     layer.stride, 0});
+    gpu_.launch(
+        {"max_pool"}, (values + 63) / 64,
+        kernels::MaxPoolArgs{from.values[picture].address(), to.values[picture].address(), from.width, from.height,
+                             to.width, to.height, static_cast<std::uint32_t>(values), layer.size, layer.stride, 0});
   }
   return to;
 }

@@ -37,8 +37,8 @@ class Lpips {
   Lpips(gpu::Device& gpu, LpipsNetwork network);
 
   /// Distance of rendering and photograph, 0 if they are the same. Pixels outside the photograph's mask are black in
-  /// both. Nothing if no pixel is inside, or if the picture is too small for a layer. Takes 8 bytes per value of the two
-  /// largest layers of device memory. colour: [height][width][3], clamped to 0..1. Throws gpu::OutOfMemory.
+  /// both. Nothing if no pixel is inside, or if the picture is too small for a layer. Takes 8 bytes per value of the
+  /// two largest layers of device memory. colour: [height][width][3], clamped to 0..1. Throws gpu::OutOfMemory.
   std::optional<double> measure(std::span<const float> colour, const Image& photograph);
 
  private:
