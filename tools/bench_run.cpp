@@ -36,7 +36,8 @@ const std::vector<std::string> kColumns = {
     "date",           "step",    "seconds",  "cpu_seconds",    "triangles",      "psnr",
     "ssim",           "mae",     "bytes",    "frame_ms",       "frame_size",     "frames",
     "frame_device",   "views",   "size",     "kernel",         "kernel_ms",      "timed_steps",
-    "nothing_learnt", "dataset", "settings", "psnr_covisible", "ssim_covisible", "covisible"};
+    "nothing_learnt", "dataset", "settings", "psnr_covisible", "ssim_covisible", "covisible",
+    "ms_ssim",        "flip"};
 
 std::atomic<bool> g_stop{false};
 
@@ -135,7 +136,7 @@ class Runner {
     row["step"] = std::to_string(t.steps);
     for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"})
       row[key] = text_of(metrics.at(key));
-    for (const char* key : {"psnr_covisible", "ssim_covisible", "covisible"})
+    for (const char* key : {"psnr_covisible", "ssim_covisible", "covisible", "ms_ssim", "flip"})
       if (metrics.contains(key)) row[key] = text_of(metrics.at(key));
     row["settings"] = metrics.at("settings").dump();
     row["nothing_learnt"] = text_of(metrics.at("nothing_learnt"));

@@ -42,6 +42,8 @@ ABLATIONS = [
     "pixels at their centres", "no coarse to fine", "opaque", "finest level only", "points for a start",
     "random start", "as published"]
 QUALITIES = {"psnr": "PSNR [dB]", "ssim": "SSIM"}
+# Measures that --measure draws in place of SSIM; more is better. Only records of models have the others.
+MEASURES = {"ssim": "SSIM", "ms_ssim": "MS-SSIM", "flip": "1 - FLIP"}
 MIN_SHARE = 0.03  # of a step; kernels below it are drawn together as "others"
 
 plt.rcParams.update({
@@ -157,16 +159,28 @@ def warn(line: str) -> None:
 # Reading.
 
 
-def read(path: str) -> list[Row]:
+def read(path: str, measure: str = "ssim") -> list[Row]:
+    """measure: of MEASURES; Row.ssim holds it."""
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, strict=True)
             missing = [c for c in NUMBERS + TEXTS if c not in (reader.fieldnames or [])]
             if missing:
                 raise ValueError(f"{path}: has no column '{missing[0]}'; it is not a file of soup-bench run")
-            return [read_row(f"{path}: record {number}", record) for number, record in enumerate(reader, 1)]
+            if measure not in (reader.fieldnames or []):
+                raise ValueError(f"{path}: has no column '{measure}'; measure again with this version")
+            return [read_row(f"{path}: record {number}", with_measure(record, measure))
+                    for number, record in enumerate(reader, 1)]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{path}: is not the CSV of soup-bench run ({error})") from None
+
+
+def with_measure(record: dict[str, str], measure: str) -> dict[str, str]:
+    """The record with the measure in column ssim; values that are no numbers stay, for read_row."""
+    text = record.get(measure) or ""
+    if measure == "flip" and re.fullmatch(r"[01](\.\d+)?", text):
+        text = f"{1 - float(text):.6f}"
+    return {**record, "ssim": text}
 
 
 def read_row(where: str, record: dict[str, str]) -> Row:
@@ -877,9 +891,11 @@ def main() -> None:
     parser.add_argument("--time", choices=["cpu", "wall"], default="wall",
                         help="axis of training time: seconds (wall), or CPU seconds of all threads (cpu), which depend "
                              "less on other programs [wall]")
+    parser.add_argument("--measure", choices=list(MEASURES), default="ssim", help="drawn beside PSNR [ssim]")
     arguments = parser.parse_args()
+    QUALITIES["ssim"] = MEASURES[arguments.measure]
     try:
-        rows = read(arguments.results)
+        rows = read(arguments.results, arguments.measure)
         revisions = sorted({r.revision for r in rows if r.record in ("evaluation", "model")})
         if len(revisions) > 1:
             warn(f"{arguments.results}: has trainings of {len(revisions)} revisions of the program "

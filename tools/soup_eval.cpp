@@ -27,6 +27,7 @@
 #include "train/quality/baked_colours.h"
 #include "train/quality/evaluate.h"
 #include "train/quality/evaluate_renderer.h"
+#include "train/quality/lpips.h"
 
 using namespace trisoup;
 
@@ -55,6 +56,8 @@ struct Options {
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
+  std::string lpips;
+  double pixels_per_degree = train::Flip::kPixelsPerDegree;
   bool with_renderer = false, agreement = false, align = false;
   std::string aa = "none";
   CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr,
@@ -86,8 +89,15 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
   app.add_option("--json", o.json_path, "write the JSON to this file; -: standard output [-]");
   app.add_option("--renders", o.renders,
-                 "folder for images of photograph and rendering side by side, and masks of\n"
-                 "the pixels that two training views show");
+                 "folder for images of photograph and rendering side by side, masks of\n"
+                 "the pixels that two training views show, and FLIP's errors (black to yellow)");
+  app.add_option("--pixels-per-degree", o.pixels_per_degree,
+                 "of the person for whom FLIP is measured, 1 to 400 [67: 0.7 m from a monitor 0.7 m\n"
+                 "and 3840 pixels wide]")
+      ->check(CLI::Range(train::Flip::kFewest, train::Flip::kMost))
+      ->option_text("X");
+  app.add_option("--lpips", o.lpips, "also measure LPIPS with the network of this file (docs/formats.md)")
+      ->option_text("FILE");
   app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
   app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))
@@ -102,6 +112,31 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--device", o.device_options.device,
                  "number printed by soup-train --list-devices, or part of the name");
 }
+
+/// LPIPS of each view, as it is shown.
+class LpipsOfViews {
+ public:
+  LpipsOfViews(gpu::Device& gpu, const std::string& path)
+      : lpips_(gpu, train::read_lpips(soup::Safetensors::open(path))) {}
+
+  void measure(const scene::View& view, const std::vector<float>& colour) {
+    values_.push_back(lpips_.measure(colour, view.image));
+  }
+
+  /// Adds "lpips", also of each view; null where the view has no pixels to compare or is too small.
+  void add_to(nlohmann::json& json) const {
+    double sum = 0, measured = 0;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      json["views"][i]["lpips"] = values_[i] ? nlohmann::json(*values_[i]) : nlohmann::json();
+      if (values_[i]) sum += *values_[i], ++measured;
+    }
+    json["lpips"] = measured > 0 ? nlohmann::json(sum / measured) : nlohmann::json();
+  }
+
+ private:
+  train::Lpips lpips_;
+  std::vector<std::optional<double>> values_;
+};
 
 struct Recorded {
   double near = 0.025, far = 2.5;
@@ -188,25 +223,36 @@ void evaluate(Options& o) {
     take_out_validation(file, scene);
     witnesses.views = &scene.train;
   }
+  train::PerceptualOptions perceptual{.wanted = true, .pixels_per_degree = o.pixels_per_degree};
   if (!o.renders.empty()) {
+    perceptual.on_errors = [&](const scene::View& view, const std::vector<float>& errors) {
+      pictures->write_errors(view, errors);
+    };
     pictures.emplace(std::filesystem::path(o.renders) / "renders").create();
-    on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
     witnesses.on_covisible = [&](const scene::View& view, const std::vector<std::uint8_t>& mask) {
       pictures->write_covisible(view, mask);
     };
   }
+  std::optional<LpipsOfViews> lpips;
+  if (!o.lpips.empty()) lpips.emplace(*device, o.lpips);
+  if (pictures || lpips)
+    on_render = [&](const scene::View& view, const std::vector<float>& colour) {
+      if (pictures) pictures->write(view, colour);
+      if (lpips) lpips->measure(view, colour);
+    };
   const double near_now = o.near.value_or(recorded.near), far_now = o.far.value_or(recorded.far);
   if (o.agreement) {
     write_agreement(o.json_path, *device, file.model, scene, near_now, far_now);
     return;
   }
   const train::Evaluation evaluation =
-      o.with_renderer
-          ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(o.aa),
-                                     on_render)
-          : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr, witnesses);
+      o.with_renderer ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
+                                                 *render::anti_aliasing_from(o.aa), on_render, perceptual)
+                      : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr,
+                                        witnesses, perceptual);
   if (pictures) pictures->finish();
   nlohmann::json json = to_json(evaluation);
+  if (lpips) lpips->add_to(json);
   if (auto baked = soup::read_plain_colours(bytes_of(read_file(o.model_path)), o.model_path)) {
     baked->drop_near = file.model.drop_near;
     baked->background = file.model.background;
@@ -226,7 +272,8 @@ void evaluate(Options& o) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Renders the test views of DATASET from MODEL and compares them with the photographs. Prints JSON with psnr,\n"
-      "ssim and mae, as means and per view, also over the pixels that two training views show (psnr_covisible).\n"
+      "ssim, ms_ssim, flip and mae, as means and per view, also over the pixels that two training views show\n"
+      "(psnr_covisible). "
       "Dataset options and clip planes that are not given come from the model."};
   Options o;
   add_options(app, o);

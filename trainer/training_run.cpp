@@ -498,8 +498,8 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
       folder_.renders().write_covisible(view, mask);
     };
   measure_if_possible([&] {
-    quality.test =
-        train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_, write_mask);
+    quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_,
+                                   write_mask, {.wanted = true});
   });
   measure_if_possible([&] { quality.baked = measure_baked(model); });
   if (corrects_poses() && !scene_.test.empty())

@@ -67,9 +67,9 @@ Quality Model::quality(Device& device, const Dataset& dataset) const {
   const scene::Scene& scene = dataset.impl().scene;
   if (scene.test.empty())
     throw Error("{}: no test views; load the dataset with a positive `test_every`", scene.path.string());
-  const train::Evaluation e =
-      train::evaluate(*device.impl().device, impl_->model, scene, scene.test, impl_->near, impl_->far);
-  return {e.mean.psnr, e.mean.ssim, e.mean.mae};
+  const train::Evaluation e = train::evaluate(*device.impl().device, impl_->model, scene, scene.test, impl_->near,
+                                              impl_->far, {}, nullptr, {}, {.wanted = true});
+  return {e.mean.psnr, e.mean.ssim, e.mean.mae, e.mean.ms_ssim, e.mean.flip};
 }
 
 void Picture::write_png(const std::filesystem::path& path) const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -278,6 +279,55 @@ Safetensors Safetensors::open(const std::filesystem::path& path) {
   if (!stream.read(reinterpret_cast<char*>(file.data_.data()), static_cast<std::streamsize>(data_size)))
     throw Error("{}: reading failed before the end; check the disk", file.where_);
   return file;
+}
+
+Safetensors Safetensors::parse(std::span<const std::byte> bytes, const std::string& where) {
+  std::uint64_t header_size = 0;
+  if (bytes.size() < sizeof header_size)
+    throw Error("{}: {} bytes are too short for a safetensors file; {}", where, bytes.size(), kFix);
+  std::memcpy(&header_size, bytes.data(), sizeof header_size);
+  bytes = bytes.subspan(sizeof header_size);
+  if (header_size > kMaxHeader || header_size > bytes.size())
+    throw Error("{}: its header should have {} bytes, but {} follow: it is truncated or not a safetensors file; {}",
+                where, header_size, bytes.size(), kFix);
+  Safetensors file;
+  file.where_ = where;
+  const auto data = bytes.subspan(header_size);
+  file.header_ = parse_safetensors_header(bytes.first(header_size), data.size(), where);
+  file.data_.assign(data.begin(), data.end());
+  return file;
+}
+
+namespace {
+
+/// IEEE 754 half precision.
+float float_of_half(std::uint16_t half) {
+  const int exponent = half >> 10 & 31, mantissa = half & 1023;
+  const float sign = half >> 15 != 0 ? -1.0f : 1.0f;
+  if (exponent == 31)
+    return mantissa != 0 ? std::numeric_limits<float>::quiet_NaN() : sign * std::numeric_limits<float>::infinity();
+  if (exponent == 0) return sign * std::ldexp(static_cast<float>(mantissa), -24);
+  return sign * std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25);
+}
+
+}  // namespace
+
+std::vector<float> Safetensors::as_floats(const std::string& name, const std::vector<std::uint64_t>& shape) const {
+  const TensorInfo& tensor = info(name);
+  if (tensor.dtype != Dtype::f16) {
+    const auto floats = values<float>(name, shape);
+    return {floats.begin(), floats.end()};
+  }
+  if (tensor.shape != shape)
+    throw Error("{}: array '{}' has shape {} instead of {}; {}", where_, name, text_of(tensor.shape), text_of(shape),
+                kFix);
+  std::vector<float> result(tensor.elements());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    std::uint16_t half = 0;
+    std::memcpy(&half, data_.data() + tensor.begin + 2 * i, 2);
+    result[i] = float_of_half(half);
+  }
+  return result;
 }
 
 const TensorInfo& Safetensors::info(const std::string& name) const {

@@ -70,6 +70,10 @@ class Safetensors {
  public:
   /// Throws Error if the file cannot be read, is truncated or is not valid.
   static Safetensors open(const std::filesystem::path& path);
+  /// The same for the bytes of a file. `where` begins error messages.
+  static Safetensors parse(std::span<const std::byte> bytes, const std::string& where);
+
+  const std::string& where() const { return where_; }  // what error messages begin with
 
   bool contains(const std::string& name) const { return header_.tensors.contains(name); }
   const std::map<std::string, TensorInfo>& tensors() const { return header_.tensors; }
@@ -86,6 +90,9 @@ class Safetensors {
   /// The same. Also throws Error if the shape differs from `shape`.
   template <typename T>
   std::span<const T> values(const std::string& name, const std::vector<std::uint64_t>& shape) const;
+
+  /// The elements of an array of F32 or F16. Throws Error if it has another type or shape.
+  std::vector<float> as_floats(const std::string& name, const std::vector<std::uint64_t>& shape) const;
 
  private:
   std::string where_;

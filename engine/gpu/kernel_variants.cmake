@@ -4,13 +4,15 @@
 #
 # A variant is a name followed by its constants. A plus after the first constant: it is the length of an array.
 set(variants
-  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
+  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "compare_features" "contrast"
+  "convolve 0" "convolve 1" "count_holes"
   "count_visible 0" "count_visible 1" "covisible" "depth_gradient" "edge_forces 0" "edge_forces 1" "expose"
-  "fetch_features" "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2"
-  "importance 0" "importance 1"
-  "inherit_textures" "keep_range" "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure"
-  "measure_motion" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"
-  "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise" "sample_photographs"
+  "fetch_features" "fit_exposure" "flip_errors" "flip_rows" "halve 0" "halve 1" "hide_triangles"
+  "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
+  "inherit_textures" "keep_range" "max_pool" "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure"
+  "measure_motion" "measure_visible" "ms_ssim 0" "ms_ssim 1" "opacity_backward 0" "opacity_backward 1"
+  "paint_textures" "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise"
+  "sample_photographs"
   "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
   "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients"
   "ssim 0" "ssim 1" "sum_photographs" "update_mlp 0" "update_mlp 1"
@@ -72,12 +74,14 @@ endfunction()
 # SPIR-V. Kernels that shade four pixels at a time are left out, since a lane is a pixel already, and so are kernels
 # that only tests use.
 set(lane_variants_0
-  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
+  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "compare_features" "contrast"
+  "convolve 0" "convolve 1" "count_holes"
   "count_visible 0" "count_visible 1" "covisible" "depth_gradient" "edge_forces 0" "expose" "fetch_features"
-  "fit_exposure"
+  "fit_exposure" "flip_errors" "flip_rows" "halve 0" "halve 1"
   "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
-  "inherit_textures" "keep_range" "upsample_textures"
-  "loss_gradient 0" "measure_exposure" "measure_motion" "measure_visible" "opacity_backward 0" "opacity_backward 1"
+  "inherit_textures" "keep_range" "max_pool" "upsample_textures"
+  "loss_gradient 0" "measure_exposure" "measure_motion" "measure_visible" "ms_ssim 0" "ms_ssim 1"
+  "opacity_backward 0" "opacity_backward 1"
   "paint_textures" "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise"
   "sample_photographs" "sort_gradients" "sum_photographs")
 set(lane_variants_1

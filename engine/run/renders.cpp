@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "image/image_file.h"
+#include "image/magma.h"
 
 namespace trisoup::train {
 
@@ -76,6 +77,18 @@ void Renders::write_covisible(const scene::View& view, std::vector<std::uint8_t>
   start(unused(last_ + "_covisible"), 5 * mask.size(),
         [mask = std::move(mask), width = view.image.width, height = view.image.height] {
           return picture_of(mask, width, height);
+        });
+}
+
+void Renders::write_errors(const scene::View& view, std::vector<float> errors) {
+  start(unused(last_ + "_flip"), 8 * errors.size(),
+        [errors = std::move(errors), width = view.image.width, height = view.image.height] {
+          Image image{width, height, {}};
+          for (const float error : errors) {
+            const glm::u8vec3 colour = magma(error);
+            image.rgba.insert(image.rgba.end(), {colour.r, colour.g, colour.b, 255});
+          }
+          return image;
         });
 }
 

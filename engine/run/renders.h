@@ -30,6 +30,9 @@ class Renders {
   void write(const scene::View& view, std::vector<float> colour);
   /// Starts writing the mask of the view of the last write(), <name>_covisible.png. mask: [height x width], 0 or 255.
   void write_covisible(const scene::View& view, std::vector<std::uint8_t> mask);
+  /// Starts writing FLIP's errors of the view of the last write(), <name>_flip.png, in the colours of magma. errors:
+  /// [height x width], 0 to 1.
+  void write_errors(const scene::View& view, std::vector<float> errors);
   /// Waits until all images are written. Throws Error if some could not be written, with the reason for the first;
   /// the others are complete.
   void finish();

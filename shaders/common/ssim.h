@@ -35,3 +35,9 @@ FN SsimWindow ssim_window(real x, real y, real squares, real xy) {
   s.d_x = real(2) * y * (a2 - a1) * inv - s.value * (real(2) * x / b1 - real(2) * x / b2);
   return s;
 }
+
+/// The factors of contrast and structure alone, as MS-SSIM (Wang et al. 2003) takes them of the finer scales.
+FN real contrast_structure(real x, real y, real squares, real xy) {
+  const real c2 = real(9e-4);
+  return (real(2) * (xy - x * y) + c2) / (squares - x * x - y * y + c2);
+}

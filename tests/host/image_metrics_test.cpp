@@ -46,6 +46,21 @@ TEST_CASE("a view without valid pixels has no PSNR and is left out of means", "[
     CHECK(json["views"][1][key].is_number());
     CHECK(json[key].is_number());
   }
+  CHECK_FALSE(json.contains("flip"));
+  // MS-SSIM and FLIP: a view that is too small for MS-SSIM is left out of its mean.
+  ImageMetrics perceived = some;
+  perceived.flip = 0.25, perceived.ms_ssim = 0.5;
+  ImageMetrics small = some;
+  small.flip = 0.75;
+  evaluation = {{{"none", none}, {"perceived", perceived}, {"small", small}}, {}, {}, true};
+  evaluation.mean = mean(evaluation.views);
+  const nlohmann::json with = to_json(evaluation);
+  CHECK(with["flip"] == 0.5);
+  CHECK(with["ms_ssim"] == 0.5);
+  CHECK(with["views"][0]["flip"].is_null());
+  CHECK(with["views"][1]["flip"] == 0.25);
+  CHECK(with["views"][2]["ms_ssim"].is_null());
+
   evaluation.views = {{"none", none}};
   evaluation.mean = mean(evaluation.views);
   CHECK(to_json(evaluation)["psnr"].is_null());

@@ -322,6 +322,53 @@ TEST_CASE("a model without plain colours is the same in fewer bytes", "[model_fi
   CHECK(document["extensionsUsed"] == nlohmann::json({"TRISOUP_neural_textures"}));
 }
 
+TEST_CASE("programs that know glTF alone find all they need", "[model_file]") {
+  // Several pages. Godot, glTFast and Unreal take cut-outs, both sides and unlit colours from the material; an unknown
+  // extension must not be required, and mipmaps would mix triangles.
+  soup::ModelFileOptions options;
+  options.atlas_side = soup::kMinAtlasSide;
+  const soup::Model model = random_model(2500, 11);
+  options.baked.assign(model.lattice.size() / soup::kChannels * 3, 0);
+  const std::vector<std::byte> bytes = soup::encode_model(model, options);
+  const soup::Glb glb = soup::decode_glb(bytes, "memory");
+  const nlohmann::json& document = glb.document;
+  CHECK_FALSE(document.contains("extensionsRequired"));
+  const nlohmann::json& used = document["extensionsUsed"];
+  CHECK(std::count(used.begin(), used.end(), "KHR_materials_unlit") == 1);
+  REQUIRE(document["materials"].size() > 1);
+  for (const nlohmann::json& material : document["materials"]) {
+    CHECK(material["doubleSided"] == true);
+    CHECK(material["alphaMode"] == "MASK");
+    CHECK(material["alphaCutoff"] == 0.5);
+    CHECK(material["extensions"].contains("KHR_materials_unlit"));
+    CHECK_FALSE(material["pbrMetallicRoughness"].contains("baseColorFactor"));  // white
+    CHECK_FALSE(material["pbrMetallicRoughness"]["baseColorTexture"].contains("texCoord"));
+  }
+  for (const nlohmann::json& texture : document["textures"]) {
+    const nlohmann::json& sampler = document["samplers"].at(texture["sampler"].get<std::size_t>());
+    CHECK(sampler["minFilter"] == 9729);  // LINEAR
+    CHECK(sampler["magFilter"] == 9729);
+    CHECK(sampler["wrapS"] == 33071);  // CLAMP_TO_EDGE
+    CHECK(sampler["wrapT"] == 33071);
+  }
+  for (const nlohmann::json& image : document["images"]) {
+    CHECK(image["mimeType"] == "image/png");
+    const nlohmann::json& view = document["bufferViews"].at(image["bufferView"].get<std::size_t>());
+    const auto* const png =
+        reinterpret_cast<const std::uint8_t*>(glb.binary.data()) + view["byteOffset"].get<std::size_t>();
+    for (const std::size_t side : {16, 20}) {  // big-endian, in the first chunk
+      const unsigned pixels = png[side] << 24 | png[side + 1] << 16 | png[side + 2] << 8 | png[side + 3];
+      CHECK(pixels >= 1);
+      CHECK(pixels <= unsigned(soup::kMinAtlasSide));
+    }
+  }
+  for (const nlohmann::json& primitive : document["meshes"][0]["primitives"]) {
+    CHECK(primitive["mode"] == 4);  // TRIANGLES
+    CHECK(primitive["attributes"].contains("POSITION"));
+    CHECK(primitive["attributes"].contains("TEXCOORD_0"));
+  }
+}
+
 TEST_CASE("with a vertex share a model has no mesh and its vertices lie on a grid", "[model_file][model_bytes]") {
   soup::Model model = random_model(60, 36);
   for (std::size_t i = 0; i < model.vertices.size(); ++i)

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "trisoup/camera.h"
 #include "trisoup/dataset.h"
@@ -17,6 +18,8 @@ struct Quality {
   double psnr = 0;  // dB
   double ssim = 0;
   double mae = 0;
+  std::optional<double> ms_ssim;  // if a view has sides of 161 pixels or more
+  std::optional<double> flip;     // at 67 pixels per degree
 };
 
 /// Copies share the same model.

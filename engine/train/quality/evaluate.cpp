@@ -25,6 +25,19 @@ void check_clip_planes(double near, double far) {
     throw Error("clip planes: near {} and far {} must be 0 < near < far; correct `near` and `far`", near, far);
 }
 
+namespace {
+
+/// Mean over the views that have the metric.
+std::optional<double> mean_of(const std::vector<ViewMetrics>& views, std::optional<double> ImageMetrics::*metric) {
+  double sum = 0, n = 0;
+  for (const ViewMetrics& view : views)
+    if (const std::optional<double>& value = view.metrics.*metric) sum += *value, ++n;
+  if (n == 0) return std::nullopt;
+  return sum / n;
+}
+
+}  // namespace
+
 ImageMetrics mean(const std::vector<ViewMetrics>& views) {
   ImageMetrics sum;
   double n = 0;
@@ -38,7 +51,13 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
     sum.pixels += view.metrics.pixels;
   }
   if (n == 0) return {};
-  return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.pixels, sum.uncovered / n};
+  return {sum.psnr / n,
+          sum.ssim / n,
+          sum.mae / n,
+          sum.pixels,
+          sum.uncovered / n,
+          mean_of(views, &ImageMetrics::ms_ssim),
+          mean_of(views, &ImageMetrics::flip)};
 }
 
 std::optional<CovisibleMean> covisible_mean(const std::vector<ViewMetrics>& views) {
@@ -69,13 +88,14 @@ class Measurement {
 
   Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
               const glm::vec3& background, double near, double far, const OnRender& on_render,
-              const Witnesses& witnesses, const CameraExposures& exposures)
+              const Witnesses& witnesses, const CameraExposures& exposures, const PerceptualOptions& perceptual)
       : gpu_(gpu),
         soup_(soup),
         buffers_(buffers),
         views_(views),
         on_render_(on_render),
         witnesses_(witnesses),
+        perceptual_options_(perceptual),
         step_(gpu, soup, buffers),
         counts_(gpu.allocate(4ull * soup.triangles, "visible pixels")) {
     inputs_.background = background;
@@ -89,6 +109,7 @@ class Measurement {
     if (!exposures.empty()) expose(exposures);
     if (witnesses.views && witnesses.views->size() >= 2)
       covisibility_.emplace(gpu, soup, buffers, *witnesses.views, near, far);
+    if (perceptual.wanted) perceptual_.emplace(gpu, perceptual);
   }
 
   Evaluation run() {
@@ -100,6 +121,9 @@ class Measurement {
     }
     if (!covisibility_)
       for (ViewMetrics& view : evaluation_.views) view.covisible.reset();
+    if (!perceptual_)
+      for (ViewMetrics& view : evaluation_.views) view.metrics.ms_ssim = view.metrics.flip = std::nullopt;
+    evaluation_.perceptual = perceptual_.has_value();
     evaluation_.mean = mean(evaluation_.views);
     evaluation_.covisible = covisible_mean(evaluation_.views);
     return std::move(evaluation_);
@@ -141,8 +165,31 @@ class Measurement {
     for (std::size_t i = 0; i < count; ++i)
       evaluation_.views.push_back({views[i].name, metrics_of(sums[i]),
                                    share_shown(gpu_, soup_, buffers_, buffers_.batch().records[i], counts_)});
+    const std::vector<std::vector<float>> errors = measure_perceptual(count);
     if (covisibility_) measure_covisible(at, sums);
-    for (std::size_t i = 0; i < count; ++i) show(views[i], buffers_.batch().records[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      show(views[i], buffers_.batch().records[i]);
+      if (!errors[i].empty()) perceptual_options_.on_errors(views[i], errors[i]);
+    }
+  }
+
+  /// Measures the last `count` views. Returns their errors, empty without on_errors.
+  std::vector<std::vector<float>> measure_perceptual(std::size_t count) {
+    std::vector<std::vector<float>> errors(count);
+    if (!perceptual_) return errors;
+    try {
+      for (std::size_t i = 0; i < count; ++i) {
+        const kernels::ViewRecord& record = buffers_.batch().records[i];
+        errors[i] =
+            perceptual_->measure(buffers_.colour.address() + 12ull * record.pixel_offset,
+                                 buffers_.target.address() + 4ull * record.pixel_offset, record.width, record.height,
+                                 evaluation_.views[evaluation_.views.size() - count + i].metrics);
+      }
+    } catch (const gpu::OutOfMemory&) {
+      if (soup_.partition->size() > 1) throw;  // other ranks may have the memory
+      perceptual_.reset();
+    }
+    return errors;
   }
 
   /// Measures the batch again with the pixels masked out that are not co-visible. all: sums over all pixels.
@@ -177,11 +224,13 @@ class Measurement {
   const std::vector<scene::View>& views_;
   const OnRender& on_render_;
   const Witnesses& witnesses_;
+  const PerceptualOptions& perceptual_options_;
   Step step_;
   StepInputs inputs_;
   gpu::Buffer photographs_, counts_;
   std::vector<BatchView> batch_;
   std::optional<Covisibility> covisibility_;
+  std::optional<Perceptual> perceptual_;
   std::optional<Exposures> exposures_;
   Evaluation evaluation_;
 };
@@ -190,9 +239,10 @@ class Measurement {
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render,
-                    const Witnesses& witnesses, const CameraExposures& exposures) {
+                    const Witnesses& witnesses, const CameraExposures& exposures, const PerceptualOptions& perceptual) {
   check_clip_planes(near, far);
-  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, witnesses, exposures).run();
+  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, witnesses, exposures, perceptual)
+      .run();
 }
 
 namespace {
@@ -279,15 +329,16 @@ LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render,
-                    ranks::Ranks* ranks, const Witnesses& witnesses) {
+                    ranks::Ranks* ranks, const Witnesses& witnesses, const PerceptualOptions& perceptual) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
   return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, witnesses,
-                  model.exposures);
+                  model.exposures, perceptual);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                    const OnRender& on_render, ranks::Ranks* ranks, const OnCovisible& on_covisible) {
-  return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks, {&scene.train, on_covisible});
+                    const OnRender& on_render, ranks::Ranks* ranks, const OnCovisible& on_covisible,
+                    const PerceptualOptions& perceptual) {
+  return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks, {&scene.train, on_covisible}, perceptual);
 }
 
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
@@ -325,7 +376,11 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
 
 nlohmann::json to_json(const Evaluation& evaluation) {
   nlohmann::json json;
-  const auto put = [](nlohmann::json& to, const ImageMetrics& m) {
+  const auto number = [](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
+  const auto put = [&](nlohmann::json& to, const ImageMetrics& m) {
+    if (evaluation.perceptual) to["ms_ssim"] = number(m.ms_ssim), to["flip"] = number(m.flip);
     to["psnr"] = m.psnr;
     to["ssim"] = m.ssim;
     to["mae"] = m.mae;

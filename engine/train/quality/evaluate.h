@@ -15,6 +15,7 @@
 #include "scene/scene.h"
 #include "soup/soup.h"
 #include "train/quality/image_metrics.h"
+#include "train/quality/perceptual.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/shared_soup.h"
 #include "train/step/soup_buffers.h"
@@ -46,12 +47,14 @@ struct Evaluation {
   std::vector<ViewMetrics> views;
   ImageMetrics mean;  // over the views
   std::optional<CovisibleMean> covisible = {};
+  bool perceptual = false;  // whether MS-SSIM and FLIP were measured
 };
 
 /// Throws Error unless 0 < near < far, both finite.
 void check_clip_planes(double near, double far);
 
-/// Mean of each metric over the views with pixels to measure; zeros if there are none. `pixels` is the sum.
+/// Mean of each metric over the views with pixels to measure; zeros if there are none. `pixels` is the sum. MS-SSIM: of
+/// the views that are large enough for it.
 ImageMetrics mean(const std::vector<ViewMetrics>& views);
 
 /// The mean of ViewMetrics::covisible over the views with pixels to measure; nothing if no view has it.
@@ -73,11 +76,12 @@ struct Witnesses {
 using CameraExposures = std::vector<soup::CameraExposure>;
 
 /// Renders views in normalised coordinates and compares them with their photographs. Downloads images and masks only if
-/// there is an `on_render` or `on_covisible`. Co-visibility is not measured either if device memory runs out. Throws
-/// Error if the clip planes are invalid.
+/// there is an `on_render` or `on_covisible`. Co-visibility, MS-SSIM and FLIP are not measured either if device memory
+/// runs out. Throws Error if the clip planes are invalid.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {},
-                    const Witnesses& witnesses = {}, const CameraExposures& exposures = {});
+                    const Witnesses& witnesses = {}, const CameraExposures& exposures = {},
+                    const PerceptualOptions& perceptual = {});
 
 /// Loads a model for rendering: 8-bit texture values, normalised coordinates, no gradients or moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
@@ -107,19 +111,21 @@ void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& mo
 /// single process.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render = {},
-                    ranks::Ranks* ranks = nullptr, const Witnesses& witnesses = {});
+                    ranks::Ranks* ranks = nullptr, const Witnesses& witnesses = {},
+                    const PerceptualOptions& perceptual = {});
 /// The same for the test views of `scene`, and their co-visibility with its training views.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                    const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr,
-                    const OnCovisible& on_covisible = {});
+                    const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr, const OnCovisible& on_covisible = {},
+                    const PerceptualOptions& perceptual = {});
 
 /// The 8-bit model of a soup, in the dataset's coordinates: value = round(255 * sigmoid).
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 
-/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same four, "triangles_shown"}]}, and with co-visibility
-/// "psnr_covisible", "ssim_covisible" and "covisible" beside the four, and "views_hardly_covisible", the number of
-/// views that psnr_covisible leaves out. Metrics without pixels to measure are null.
+/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same four, "triangles_shown"}]}, if measured "ms_ssim"
+/// and "flip" beside the four, and with co-visibility "psnr_covisible", "ssim_covisible" and "covisible" beside the
+/// four, and "views_hardly_covisible", the number of views that psnr_covisible leaves out. Metrics without pixels to
+/// measure are null.
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

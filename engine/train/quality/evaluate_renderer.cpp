@@ -10,7 +10,8 @@
 namespace trisoup::train {
 
 Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
-                             double far, render::AntiAliasing aa, const OnRender& on_render) {
+                             double far, render::AntiAliasing aa, const OnRender& on_render,
+                             const PerceptualOptions& perceptual) {
   check_clip_planes(near, far);
   render::Renderer renderer(gpu);
   const render::GpuModel gpu_model = render::upload_model(gpu, model);
@@ -19,6 +20,9 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
   options.background = model.background;
   options.drop_behind = model.drop_near;
   Evaluation evaluation;
+  evaluation.perceptual = perceptual.wanted;
+  std::optional<Perceptual> measure;
+  if (perceptual.wanted) measure.emplace(gpu, perceptual);
   for (const scene::View& view : scene.test) {
     const Image image =
         renderer.picture(gpu_model, render::view_of(view.camera, scene.normalisation, gpu_model, near, far), options);
@@ -28,7 +32,10 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
       if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
     if (const auto* const exposure = exposure_of(view, model.exposures)) expose(colour, *exposure, model.background);
     evaluation.views.push_back({view.name, compare(colour, view.image)});
+    std::vector<float> errors;
+    if (measure) errors = measure->measure(colour, view.image, evaluation.views.back().metrics);
     if (on_render) on_render(view, colour);
+    if (!errors.empty()) perceptual.on_errors(view, errors);
   }
   evaluation.mean = mean(evaluation.views);
   return evaluation;

@@ -12,7 +12,8 @@ namespace trisoup::train {
 
 /// As evaluate() for the test views, with images of the real-time renderer. Does not measure triangles_shown.
 Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
-                             double far, render::AntiAliasing aa, const OnRender& on_render = {});
+                             double far, render::AntiAliasing aa, const OnRender& on_render = {},
+                             const PerceptualOptions& perceptual = {});
 
 /// Comparison of one view as rendered by the real-time renderer, without anti-aliasing, and by the training kernels.
 struct RendererComparison {

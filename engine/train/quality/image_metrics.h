@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "image/image.h"
@@ -17,6 +18,8 @@ struct ImageMetrics {
   /// Share of the pixels without a triangle where the photograph differs from the background; 0 from compare(), which
   /// does not know the triangles.
   double uncovered = 0;
+  /// Measured by Perceptual (perceptual.h) alone. ms_ssim: nothing if the picture is too small, too.
+  std::optional<double> ms_ssim = {}, flip = {};
 };
 
 /// PSNR in dB for a peak of 1; 100 if there is no error, 0 if the error is not finite.
