@@ -1,15 +1,17 @@
 // Colour spaces and error of FLIP for pictures of low dynamic range (Andersson et al. 2020, "FLIP: A Difference
 // Evaluator for Alternating Images"), with its constants. Needs powers.h and photograph.h.
 
-// sRGB's primaries and white (IEC 61966-2-1). A white pixel has XYZ = kWhite.
-const vec3 kWhite = vec3(0.95042855f, 1.0f, 1.0889004f);
+// The matrices have sRGB's primaries and white (IEC 61966-2-1).
+
+/// XYZ of a white pixel.
+FN vec3 white_xyz() { return vec3(0.95042855f, 1.0f, 1.0889004f); }
 
 /// Display value of one channel, 0..1, to light.
 FN float light_of(float shown) {
   return shown <= 0.04045f ? shown * (1.0f / 12.92f) : power((shown + 0.055f) * (1.0f / 1.055f), 2.4f);
 }
 
-/// XYZ divided by kWhite.
+/// XYZ divided by white_xyz().
 FN vec3 relative_xyz(vec3 light) {
   return vec3(dot(light, vec3(0.41238657f, 0.35759149f, 0.18045049f)) * (1.0f / 0.95042855f),
               dot(light, vec3(0.21263682f, 0.71518298f, 0.07218020f)),
@@ -18,7 +20,7 @@ FN vec3 relative_xyz(vec3 light) {
 
 /// The inverse, clamped to colours that a display shows.
 FN vec3 shown_light(vec3 xyz) {
-  const vec3 at = xyz * kWhite;
+  const vec3 at = xyz * white_xyz();
   return clamp(vec3(dot(at, vec3(3.24100326f, -1.53739892f, -0.49861587f)),
                     dot(at, vec3(-0.96922425f, 1.87592999f, 0.04155422f)),
                     dot(at, vec3(0.05563942f, -0.20401121f, 1.05714898f))),
