@@ -1,8 +1,12 @@
 # python_module_interpreter(RESULT): sets RESULT to a Python interpreter of version 3.9 or later that has headers and
-# NumPy, or to an empty text. Looks first at Python_EXECUTABLE, then along PATH, then for Debian's, because python3 on
-# PATH may belong to an environment without NumPy.
+# NumPy, or to an empty text. Looks along PATH, then for Debian's, because python3 on PATH may belong to an environment
+# without NumPy. If Python_EXECUTABLE is given, uses that, also without NumPy, which is not needed to build.
 function(python_module_interpreter result)
-  set(candidates ${Python_EXECUTABLE})
+  if(Python_EXECUTABLE)
+    set(${result} ${Python_EXECUTABLE} PARENT_SCOPE)
+    return()
+  endif()
+  set(candidates "")
   find_program(TRISOUP_PYTHON_ON_PATH NAMES python3 python)
   list(APPEND candidates ${TRISOUP_PYTHON_ON_PATH} /usr/bin/python3)
   set(${result} "" PARENT_SCOPE)
@@ -19,11 +23,16 @@ sys.exit(not (sys.version_info >= (3, 9) and os.path.exists(headers)))"
   endforeach()
 endfunction()
 
-find_path(PYBIND11_INCLUDE_DIR pybind11/pybind11.h HINTS ${pybind11_DIR}/../../../include)
 if(NOT DEFINED TRISOUP_PYTHON OR TRISOUP_PYTHON)
   python_module_interpreter(interpreter)
 endif()
-if(interpreter AND PYBIND11_INCLUDE_DIR AND NOT TRISOUP_SANITIZE)
+# pybind11 may be a package of that Python, as in builds by pip.
+if(interpreter AND NOT PYBIND11_INCLUDE_DIR)
+  execute_process(COMMAND ${interpreter} -c "import pybind11; print(pybind11.get_include())"
+    OUTPUT_VARIABLE pybind11_hint OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+find_path(PYBIND11_INCLUDE_DIR pybind11/pybind11.h HINTS ${pybind11_hint})
+if(interpreter AND PYBIND11_INCLUDE_DIR)
   set(python_is_here ON)
 else()
   set(python_is_here OFF)

@@ -26,9 +26,7 @@ py::array numeric_array(const py::handle& object, const char* name) {
   return array;
 }
 
-std::vector<py::ssize_t> shape_of(const py::array& array) {
-  return {array.shape(), array.shape() + array.ndim()};
-}
+std::vector<py::ssize_t> shape_of(const py::array& array) { return {array.shape(), array.shape() + array.ndim()}; }
 
 void check_shape(const py::array& array, const std::vector<py::ssize_t>& shape, const char* name) {
   bool fits = array.ndim() == static_cast<py::ssize_t>(shape.size());

@@ -34,9 +34,8 @@ std::shared_ptr<T> make_owned(Args&&... args) {
 /// A capsule that keeps a copy of `owner` until the last array of its memory is gone.
 template <typename Owner>
 py::capsule keep(Owner owner) {
-  return py::capsule(new Owner(std::move(owner)), [](void* pointer) {
-    DeleteUnlocked{}(static_cast<Owner*>(pointer));
-  });
+  return py::capsule(new Owner(std::move(owner)),
+                     [](void* pointer) { DeleteUnlocked{}(static_cast<Owner*>(pointer)); });
 }
 
 /// A read-only view of memory that `owner` keeps alive. Row-major unless strides (in bytes) are given.

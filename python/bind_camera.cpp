@@ -45,8 +45,7 @@ Axes as in OpenCV: x right, y down, z forward. Pixel (i, j) covers [i, i+1) x [j
            "vectors (x, y, z, 1); None: identity.")
       .def_static(
           "look_at",
-          [](const py::object& eye, const py::object& target, const py::object& up, double fov, int width,
-             int height) {
+          [](const py::object& eye, const py::object& target, const py::object& up, double fov, int width, int height) {
             return look_at(point_from(eye, "eye"), point_from(target, "target"), point_from(up, "up"), fov, width,
                            height);
           },
@@ -66,13 +65,16 @@ Axes as in OpenCV: x right, y down, z forward. Pixel (i, j) covers [i, i+1) x [j
       .def("__repr__",
            [](const Camera& c) { return fmt::format("Camera({} x {}, f {:.1f})", c.width, c.height, c.fx); })
       .def(py::pickle(
-          [](const Camera& c) {
-            return py::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.world_to_camera);
-          },
+          [](const Camera& c) { return py::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.world_to_camera); },
           [](const py::tuple& t) {
             if (t.size() != 7) throw py::value_error("Camera: another version has pickled it");
-            return Camera{t[0].cast<int>(),    t[1].cast<int>(),    t[2].cast<double>(), t[3].cast<double>(),
-                          t[4].cast<double>(), t[5].cast<double>(), t[6].cast<std::array<double, 16>>()};
+            return Camera{t[0].cast<int>(),
+                          t[1].cast<int>(),
+                          t[2].cast<double>(),
+                          t[3].cast<double>(),
+                          t[4].cast<double>(),
+                          t[5].cast<double>(),
+                          t[6].cast<std::array<double, 16>>()};
           }));
 }
 
@@ -88,9 +90,8 @@ Device device_from(const py::object& object, bool share) {
 }
 
 void bind_device(py::module_& module) {
-  py::class_<Device, std::shared_ptr<Device>>(
-      module, "Device",
-      R"(A GPU, or the threads of the CPU.
+  py::class_<Device, std::shared_ptr<Device>>(module, "Device",
+                                              R"(A GPU, or the threads of the CPU.
 
 Threads may share a device: their calls wait for each other. A child process made by fork needs its own.)")
       .def(py::init([](const std::string& backend, const std::string& name) {

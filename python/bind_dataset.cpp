@@ -8,8 +8,8 @@
 namespace trisoup::python {
 namespace {
 
-DatasetOptions dataset_options(double resolution, int test_every, const std::string& background, const std::string& alpha,
-                          bool invert_masks, bool outside) {
+DatasetOptions dataset_options(double resolution, int test_every, const std::string& background,
+                               const std::string& alpha, bool invert_masks, bool outside) {
   return {resolution, test_every, background, alpha, invert_masks, outside};
 }
 
@@ -32,7 +32,8 @@ py::object channels_of(const PyView& v, py::ssize_t first, py::ssize_t count) {
 /// Checks that a list of one entry per photograph has as many.
 void check_length(const py::object& list, std::size_t count, const char* name) {
   if (!list.is_none() && py::len(list) != count)
-    throw py::value_error(fmt::format("{}: has {} entries for {} images; give one for each", name, py::len(list), count));
+    throw py::value_error(
+        fmt::format("{}: has {} entries for {} images; give one for each", name, py::len(list), count));
 }
 
 Photograph photograph_from(const py::handle& image, const Camera& camera, const std::string& name) {
@@ -70,7 +71,8 @@ std::vector<Photograph> photographs_from(const py::sequence& images, const py::s
   std::vector<Photograph> photographs;
   for (std::size_t i = 0; i < count; ++i) {
     const py::object key = py::int_(i);
-    const std::string name = names.is_none() ? fmt::format("{:05}", i) : value_from<std::string>(names[key], "names", "text");
+    const std::string name =
+        names.is_none() ? fmt::format("{:05}", i) : value_from<std::string>(names[key], "names", "text");
     if (!py::isinstance<Camera>(cameras[i])) throw py::type_error(name + ": its camera is no trisoup.Camera");
     photographs.push_back(photograph_from(images[i], cameras[i].cast<Camera>(), name));
     if (!masks.is_none()) take_mask(photographs.back(), masks[key]);
@@ -84,8 +86,7 @@ PointSet points_from(const py::object& points, const py::object& colours) {
   if (!points.is_none()) set.positions = numbers_from(points, {-1, 3}, "points");
   if (colours.is_none()) return set;
   Bytes bytes = bytes_from(colours, "point_colours");
-  if (bytes.channels != 1 || bytes.width != 3)
-    throw py::value_error("point_colours: give (points, 3)");
+  if (bytes.channels != 1 || bytes.width != 3) throw py::value_error("point_colours: give (points, 3)");
   set.colours = std::move(bytes.values);
   return set;
 }
@@ -105,16 +106,20 @@ py::object colour_array(const Dataset& dataset) {
 
 void bind_view(py::module_& module) {
   py::class_<PyView>(module, "View", "A photograph's place in a dataset, or a camera in a model.")
-      .def_property_readonly("name", [](const PyView& v) { return py::str(py::bytes(v.view.name).attr("decode")(
-                                          "utf-8", "replace")); }, "Path of the photograph relative to the dataset.")
+      .def_property_readonly(
+          "name", [](const PyView& v) { return py::str(py::bytes(v.view.name).attr("decode")("utf-8", "replace")); },
+          "Path of the photograph relative to the dataset.")
       .def_property_readonly("camera", [](const PyView& v) { return v.view.camera; })
-      .def_property_readonly("test", [](const PyView& v) { return v.view.test; }, "Whether it is held out of training.")
-      .def_property_readonly("image", [](const PyView& v) { return channels_of(v, 0, 3); },
-                             "(height, width, 3) uint8, composited on the background; a read-only view of the "
-                             "dataset's memory. None for cameras of models.")
-      .def_property_readonly("mask", [](const PyView& v) { return channels_of(v, 3, 1); },
-                             "(height, width) uint8: 255 where the pixel is in loss and metrics, else 0; a read-only "
-                             "view. None for cameras of models.")
+      .def_property_readonly(
+          "test", [](const PyView& v) { return v.view.test; }, "Whether it is held out of training.")
+      .def_property_readonly(
+          "image", [](const PyView& v) { return channels_of(v, 0, 3); },
+          "(height, width, 3) uint8, composited on the background; a read-only view of the "
+          "dataset's memory. None for cameras of models.")
+      .def_property_readonly(
+          "mask", [](const PyView& v) { return channels_of(v, 3, 1); },
+          "(height, width) uint8: 255 where the pixel is in loss and metrics, else 0; a read-only "
+          "view. None for cameras of models.")
       .def("__repr__", [](const PyView& v) {
         return fmt::format("View({}, {} x {})", v.view.name, v.view.camera.width, v.view.camera.height);
       });
@@ -141,9 +146,9 @@ split; 0: none. background: 'auto', 'white' or 'black'. alpha: 'composite' or 'm
 outside of the folder. Raises Error if files are missing or damaged.)")
       .def_static(
           "from_arrays",
-          [](const py::sequence& images, const py::sequence& cameras, const py::object& masks,
-             const py::object& names, const py::object& test, const py::object& points, const py::object& colours,
-             int test_every, const std::string& background, const std::string& alpha) {
+          [](const py::sequence& images, const py::sequence& cameras, const py::object& masks, const py::object& names,
+             const py::object& test, const py::object& points, const py::object& colours, int test_every,
+             const std::string& background, const std::string& alpha) {
             const std::vector<Photograph> photographs = photographs_from(images, cameras, masks, names, test);
             const PointSet set = points_from(points, colours);
             const py::gil_scoped_release release;
@@ -160,16 +165,17 @@ images: (height, width, 3 or 4) uint8, or float from 0 to 1; alpha not multiplie
 (height, width) for each, 0: not in the loss; or None. names: unique; default numbers. test: a flag for each; default
 by test_every. points: (N, 3) sparse points in the dataset's coordinates; point_colours: (N, 3). Raises ValueError or
 TypeError for arrays that do not fit, Error for cameras that are not valid.)")
-      .def_property_readonly("train", [](const Dataset& d) { return python_views(d, false); }, "Training views, by name.")
-      .def_property_readonly("test", [](const Dataset& d) { return python_views(d, true); }, "Test views, by name.")
+      .def_property_readonly(
+          "train", [](const Dataset& d) { return python_views(d, false); }, "Training views, by name.")
+      .def_property_readonly(
+          "test", [](const Dataset& d) { return python_views(d, true); }, "Test views, by name.")
       .def_property_readonly("points", &position_array, "Sparse points, (N, 3) float64, the dataset's units; a copy.")
       .def_property_readonly("point_colours", &colour_array, "(N, 3) uint8, or None; a copy.")
       .def_property_readonly("warnings", &Dataset::warnings, "What loading left out or worked around, one line each.")
       .def_property_readonly("summary", &Dataset::summary)
       .def("write_colmap", &Dataset::write_colmap, py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
            "Writes a COLMAP model and PNG files to an empty folder. Photographs are on their background. Raises Error.")
-      .def("write_transforms", &Dataset::write_transforms, py::arg("folder"),
-           py::call_guard<py::gil_scoped_release>(),
+      .def("write_transforms", &Dataset::write_transforms, py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
            "Writes transforms.json, as nerfstudio reads it, and PNG files to an empty folder. Raises Error.")
       .def("__repr__", [](const Dataset& d) {
         return fmt::format("Dataset({}: {} training and {} test views)", d.summary(), d.training_views().size(),

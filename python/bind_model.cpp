@@ -102,23 +102,38 @@ void bind_arrays(py::class_<Model, std::shared_ptr<Model>>& bound) {
   const auto count = [](const Model& m) { return static_cast<py::ssize_t>(m.triangles()); };
   const auto samples = [](const Model& m) { return static_cast<py::ssize_t>(m.texels().size() / 8); };
   bound
-      .def_property_readonly("vertices", [=](const Model& m) { return view_of(m.vertices().data(), {count(m), 3, 3}, m); },
-                             "(triangles, 3, 3) float32: three vertices each, the dataset's coordinates minus origin.")
-      .def_property_readonly("faces", [=](const Model& m) { return view_of(m.faces().data(), {count(m), 3}, m); },
-                             "(triangles, 3) int32 for mesh libraries: rows of vertices.reshape(-1, 3).")
-      .def_property_readonly("texture_offsets",
-                             [=](const Model& m) { return view_of(m.texture_offsets().data(), {count(m)}, m); },
-                             "(triangles,) uint32: first row of each triangle's lattice in texels and features.")
-      .def_property_readonly("texture_levels",
-                             [=](const Model& m) { return view_of(m.texture_levels().data(), {count(m)}, m); },
-                             "(triangles,) uint32: level R of each lattice, which has the points (x, y) with x + y <= "
-                             "2^R: 3, 6, 15, 45, 153 or 561.")
-      .def_property_readonly("texels", [=](const Model& m) { return view_of(m.texels().data(), {samples(m), 8}, m); },
-                             "(samples, 8) uint8, as stored: red, green, blue, weight of the MLP, three latent values, "
-                             "opacity.")
-      .def_property_readonly("features",
-                             [=](const Model& m) { return view_of(m.features().data(), {samples(m), 8}, m); },
-                             "(samples, 8) float32: texels / 255.")
+      .def_property_readonly(
+          "vertices",
+          [=](const Model& m) {
+            return view_of(m.vertices().data(), {count(m), 3, 3}, m);
+          },
+          "(triangles, 3, 3) float32: three vertices each, the dataset's coordinates minus origin.")
+      .def_property_readonly(
+          "faces",
+          [=](const Model& m) {
+            return view_of(m.faces().data(), {count(m), 3}, m);
+          },
+          "(triangles, 3) int32 for mesh libraries: rows of vertices.reshape(-1, 3).")
+      .def_property_readonly(
+          "texture_offsets", [=](const Model& m) { return view_of(m.texture_offsets().data(), {count(m)}, m); },
+          "(triangles,) uint32: first row of each triangle's lattice in texels and features.")
+      .def_property_readonly(
+          "texture_levels", [=](const Model& m) { return view_of(m.texture_levels().data(), {count(m)}, m); },
+          "(triangles,) uint32: level R of each lattice, which has the points (x, y) with x + y <= "
+          "2^R: 3, 6, 15, 45, 153 or 561.")
+      .def_property_readonly(
+          "texels",
+          [=](const Model& m) {
+            return view_of(m.texels().data(), {samples(m), 8}, m);
+          },
+          "(samples, 8) uint8, as stored: red, green, blue, weight of the MLP, three latent values, "
+          "opacity.")
+      .def_property_readonly(
+          "features",
+          [=](const Model& m) {
+            return view_of(m.features().data(), {samples(m), 8}, m);
+          },
+          "(samples, 8) float32: texels / 255.")
       .def_property_readonly("mlp", &layers_of,
                              "Three pairs of weights (outputs, inputs) and bias (outputs,), float32; 16 -> 16 -> 16 -> "
                              "3.");
@@ -127,24 +142,31 @@ void bind_arrays(py::class_<Model, std::shared_ptr<Model>>& bound) {
 void bind_numbers(py::class_<Model, std::shared_ptr<Model>>& bound) {
   bound.def_property_readonly("triangles", &Model::triangles, "Number of triangles.")
       .def_property_readonly("size", &Model::bytes, "Bytes of the file.")
-      .def_property_readonly("origin", [](const Model& m) { return vector_of(m.origin()); },
-                             "(3,) float64, added to vertices; not 0 for coordinates too large for float32.")
-      .def_property_readonly("centre", [](const Model& m) { return vector_of(m.centre()); },
-                             "(3,) float64: normalised = scale * (dataset - centre).")
+      .def_property_readonly(
+          "origin", [](const Model& m) { return vector_of(m.origin()); },
+          "(3,) float64, added to vertices; not 0 for coordinates too large for float32.")
+      .def_property_readonly(
+          "centre", [](const Model& m) { return vector_of(m.centre()); },
+          "(3,) float64: normalised = scale * (dataset - centre).")
       .def_property_readonly("scale", &Model::scale)
-      .def_property_readonly("background",
-                             [](const Model& m) {
-                               const auto b = m.background();
-                               return array_of(std::vector<float>(b.begin(), b.end()), {3});
-                             },
-                             "(3,) float32, 0 to 1.")
-      .def_property_readonly("clip_planes", [](const Model& m) {
-        const auto planes = m.clip_planes();
-        return py::make_tuple(planes[0], planes[1]);
-      }, "Near and far plane of renderings, the dataset's units.")
+      .def_property_readonly(
+          "background",
+          [](const Model& m) {
+            const auto b = m.background();
+            return array_of(std::vector<float>(b.begin(), b.end()), {3});
+          },
+          "(3,) float32, 0 to 1.")
+      .def_property_readonly(
+          "clip_planes",
+          [](const Model& m) {
+            const auto planes = m.clip_planes();
+            return py::make_tuple(planes[0], planes[1]);
+          },
+          "Near and far plane of renderings, the dataset's units.")
       .def_property_readonly("cameras", &cameras_of, "Views of the training's dataset, test views first.")
-      .def_property_readonly("settings", [](const Model& m) { return parsed(m.settings()); },
-                             "Settings of the training as a dict; None if the file has none.");
+      .def_property_readonly(
+          "settings", [](const Model& m) { return parsed(m.settings()); },
+          "Settings of the training as a dict; None if the file has none.");
 }
 
 }  // namespace
@@ -154,10 +176,13 @@ void bind_model(py::module_& module) {
 
 Arrays are read-only views of the model's memory and keep it alive.)");
   bound
-      .def_static("load", [](const std::filesystem::path& path) {
-        const py::gil_scoped_release release;
-        return make_owned<Model>(Model::read(path));
-      }, py::arg("path"), "Reads a model.glb. Raises Error if it is damaged.")
+      .def_static(
+          "load",
+          [](const std::filesystem::path& path) {
+            const py::gil_scoped_release release;
+            return make_owned<Model>(Model::read(path));
+          },
+          py::arg("path"), "Reads a model.glb. Raises Error if it is damaged.")
       .def("save", &Model::write, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
            "Writes a glTF 2.0 file that any glTF viewer opens. Raises Error.")
       .def("render", &render, py::arg("camera"), py::arg("outputs") = "colour", py::kw_only(),
@@ -175,13 +200,13 @@ background: three values from 0 to 1 instead of the model's. device: None (a GPU
            py::arg("device") = py::none(),
            "Compares with the photographs of the 'test' or 'train' views, as soup-eval does. Returns an Evaluation. "
            "Raises Error if there are none.")
-      .def("__bytes__", [](const Model& m) {
-        return py::bytes(reinterpret_cast<const char*>(m.file().data()), m.file().size());
-      })
-      .def("_repr_html_", [](const Model& m) {
-        const py::gil_scoped_release release;
-        return notebook_html(m);
-      })
+      .def("__bytes__",
+           [](const Model& m) { return py::bytes(reinterpret_cast<const char*>(m.file().data()), m.file().size()); })
+      .def("_repr_html_",
+           [](const Model& m) {
+             const py::gil_scoped_release release;
+             return notebook_html(m);
+           })
       .def("__repr__", [](const Model& m) {
         return fmt::format("Model({} triangles, {:.2f} MB)", m.triangles(), double(m.bytes()) / 1e6);
       });

@@ -44,14 +44,16 @@ void bind_quality(py::module_& module) {
   py::class_<ViewQuality> view(module, "ViewQuality", "Quality of one view.");
   for (const Measure& measure : measures()) {
     double Quality::*const member = measure.member;
-    quality.def_property_readonly(measure.name, [member](const Quality& q) { return q.*member; }, measure.help);
-    view.def_property_readonly(measure.name, [member](const ViewQuality& v) { return v.quality.*member; },
-                               measure.help);
+    quality.def_property_readonly(
+        measure.name, [member](const Quality& q) { return q.*member; }, measure.help);
+    view.def_property_readonly(
+        measure.name, [member](const ViewQuality& v) { return v.quality.*member; }, measure.help);
   }
   quality.def("as_dict", &measures_of, "The measures by name.").def("__repr__", &line_of);
   view.def_readonly("name", &ViewQuality::name, "Name of the view.")
       .def_readonly("measured", &ViewQuality::measured, "False if its mask excludes every pixel; measures are then 0.")
-      .def("as_dict", [](const ViewQuality& v) { return measures_of(v.quality); }, "The measures by name.")
+      .def(
+          "as_dict", [](const ViewQuality& v) { return measures_of(v.quality); }, "The measures by name.")
       .def("__repr__", [](const ViewQuality& v) { return v.name + ": " + line_of(v.quality); });
   py::class_<Evaluation>(module, "Evaluation", "Quality of each view, and the mean over views that have pixels.")
       .def_readonly("views", &Evaluation::views)

@@ -24,8 +24,8 @@ std::string assignment(const py::handle& name, const py::handle& value) {
 }
 
 TrainingOptions training_options(const std::string& preset, const py::object& steps, const py::object& triangles,
-                             std::uint64_t seed, const py::object& settings, const py::object& vertices,
-                             const py::object& colours) {
+                                 std::uint64_t seed, const py::object& settings, const py::object& vertices,
+                                 const py::object& colours) {
   TrainingOptions options;
   options.preset = preset;
   options.seed = seed;
@@ -58,8 +58,8 @@ std::function<void(StepPicture&)> image_loss_from(const py::object& function) {
   return [function](StepPicture& picture) {
     const py::gil_scoped_acquire acquire;
     const std::vector<py::ssize_t> shape{picture.height, picture.width, 3};
-    const py::object gradient = function(array_of(std::move(picture.colour), shape),
-                                         array_of(std::move(picture.target), shape), picture.view);
+    const py::object gradient =
+        function(array_of(std::move(picture.colour), shape), array_of(std::move(picture.target), shape), picture.view);
     if (!gradient.is_none()) picture.gradient = floats_from(gradient, shape, "image_loss");
   };
 }
@@ -122,19 +122,24 @@ void run_to_the_end(Training& training, const py::object& on_progress, std::uint
 void bind_progress(py::module_& module) {
   using P = const Progress&;
   py::class_<Progress>(module, "Progress", "Means over the steps since the previous report.")
-      .def_property_readonly("step", [](P p) { return p.values.step; }, "Completed steps.")
-      .def_property_readonly("last_step", [](P p) { return p.values.last_step; }, "Steps of the training.")
+      .def_property_readonly(
+          "step", [](P p) { return p.values.step; }, "Completed steps.")
+      .def_property_readonly(
+          "last_step", [](P p) { return p.values.last_step; }, "Steps of the training.")
       .def_property_readonly("triangles", [](P p) { return p.values.triangles; })
-      .def_property_readonly("loss", [](P p) { return p.values.loss; }, "The trainer's own loss.")
-      .def_property_readonly("psnr", [](P p) { return p.values.psnr; },
-                             "Of the training views of these steps, dB; None if no pixel is in the loss.")
-      .def_property_readonly("seconds", [](P p) { return p.values.seconds; }, "Training time so far.")
+      .def_property_readonly(
+          "loss", [](P p) { return p.values.loss; }, "The trainer's own loss.")
+      .def_property_readonly(
+          "psnr", [](P p) { return p.values.psnr; },
+          "Of the training views of these steps, dB; None if no pixel is in the loss.")
+      .def_property_readonly(
+          "seconds", [](P p) { return p.values.seconds; }, "Training time so far.")
       .def_property_readonly("ms_per_step", [](P p) { return p.values.ms_per_step; })
-      .def_property_readonly("test", [](P p) { return p.test; },
-                             "Evaluation of the test views, with steps(evaluate=True); else None.")
+      .def_property_readonly(
+          "test", [](P p) { return p.test; }, "Evaluation of the test views, with steps(evaluate=True); else None.")
       .def("__repr__", [](P p) {
-        return fmt::format("step {} of {}: loss {:.4f}, {} triangles", p.values.step, p.values.last_step,
-                           p.values.loss, p.values.triangles);
+        return fmt::format("step {} of {}: loss {:.4f}, {} triangles", p.values.step, p.values.last_step, p.values.loss,
+                           p.values.triangles);
       });
   py::class_<Steps>(module, "_Steps")
       .def("__iter__", [](py::object self) { return self; })
@@ -155,30 +160,31 @@ constexpr const char* kSteps = R"(Trains, and yields a Progress about every `eve
 evaluate: also measure the test views each time (Progress.test). image_loss(picture, target, view): called for each view
 of each step; returns None or dL/dpicture of a further loss, which is added. picture, target: (H, W, 3) float32 of the
 step's size, smaller than the photograph in early steps; view: its name. The trainer's own loss is a mean over all
-pixels of a step. Opacities learn from that alone. Ctrl-C raises KeyboardInterrupt between two steps; the training can go
-on.)";
+pixels of a step. Opacities learn from that alone. Ctrl-C raises KeyboardInterrupt between two steps; the training can
+go on.)";
 
 void bind_run(py::class_<Training, std::shared_ptr<Training>>& bound) {
   bound
-      .def("steps",
-           [](const std::shared_ptr<Training>& training, std::uint64_t every, bool evaluate,
-              const py::object& image_loss) {
-             if (every < 1) throw py::value_error("every: 0; give 1 or more");
-             image_loss_from(image_loss);  // checks it
-             return Steps{training, every, evaluate, image_loss};
-           },
-           py::arg("every") = 10, py::kw_only(), py::arg("evaluate") = false, py::arg("image_loss") = py::none(),
-           kSteps)
+      .def(
+          "steps",
+          [](const std::shared_ptr<Training>& training, std::uint64_t every, bool evaluate,
+             const py::object& image_loss) {
+            if (every < 1) throw py::value_error("every: 0; give 1 or more");
+            image_loss_from(image_loss);  // checks it
+            return Steps{training, every, evaluate, image_loss};
+          },
+          py::arg("every") = 10, py::kw_only(), py::arg("evaluate") = false, py::arg("image_loss") = py::none(), kSteps)
       .def("run", &run_to_the_end, py::arg("on_progress") = py::none(), py::kw_only(), py::arg("every") = 10,
            py::arg("image_loss") = py::none(),
            "Trains to the last step. on_progress(Progress): called about every `every` steps; False stops. Else as "
            "steps().")
-      .def("model",
-           [](const Training& training) {
-             const py::gil_scoped_release release;
-             return make_owned<Model>(training.model());
-           },
-           "The model at the current step.")
+      .def(
+          "model",
+          [](const Training& training) {
+            const py::gil_scoped_release release;
+            return make_owned<Model>(training.model());
+          },
+          "The model at the current step.")
       .def("evaluate", &Training::evaluate, py::call_guard<py::gil_scoped_release>(),
            "Quality on the test views at the current step, before textures are rounded to 8 bits.")
       .def("save_checkpoint", &Training::write_checkpoint, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
@@ -216,7 +222,8 @@ void bind_training(py::module_& module) {
       .def_property_readonly("last_step", &Training::last_step, "Number of steps.")
       .def_property_readonly("finished", &Training::finished)
       .def_property_readonly("triangles", &Training::triangles)
-      .def_property_readonly("settings", [](const Training& t) { return parsed(t.settings()); }, "All, as a dict.")
+      .def_property_readonly(
+          "settings", [](const Training& t) { return parsed(t.settings()); }, "All, as a dict.")
       .def_property_readonly("warnings", &Training::warnings)
       .def_property_readonly("device", [](const Training& t) { return make_owned<Device>(t.device()); })
       .def_property_readonly("dataset", [](const Training& t) { return make_owned<Dataset>(t.dataset()); })

@@ -27,8 +27,7 @@ std::string notebook_html(const Model& model) {
   web::PageOptions options;
   options.title = "trisoup";
   const std::span<const std::byte> file = model.file();
-  const std::string page =
-      web::single_page(options, {reinterpret_cast<const char*>(file.data()), file.size()}, {});
+  const std::string page = web::single_page(options, {reinterpret_cast<const char*>(file.data()), file.size()}, {});
   // Without allow-same-origin the frame has an origin of its own and cannot reach the notebook.
   return "<iframe sandbox=\"allow-scripts\" title=\"trisoup\" "
          "style=\"width: 100%; height: 480px; border: 0\" srcdoc=\"" +

@@ -59,7 +59,8 @@ void check_size(int width, int height) {
 Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target, const std::array<double, 3>& up,
                double fov, int width, int height) {
   check_size(width, height);
-  if (!(fov > 0 && fov < 180)) throw Error("camera: its field of view is {} degrees; use more than 0, less than 180", fov);
+  if (!(fov > 0 && fov < 180))
+    throw Error("camera: its field of view is {} degrees; use more than 0, less than 180", fov);
   const auto point = [](const std::array<double, 3>& p) { return glm::dvec3(p[0], p[1], p[2]); };
   const glm::dvec3 ahead = point(target) - point(eye);
   if (!(glm::length(glm::cross(ahead, point(up))) > 1e-9 * glm::length(ahead) * glm::length(point(up))))

@@ -45,8 +45,7 @@ Picture Model::render(Device& device, const Camera& camera) const {
 
 Rendering Model::render(Device& device, const Camera& camera, const RenderOptions& options) const {
   const soup::Model& model = impl_->model;
-  const scene::Camera seen =
-      scene::normalised(scene_camera(camera), scene::Normalisation{model.centre, model.scale});
+  const scene::Camera seen = scene::normalised(scene_camera(camera), scene::Normalisation{model.centre, model.scale});
   const DeviceLock lock(device);
   const std::shared_ptr<OnDevice> loaded = on_device(*impl_, device);
   gpu::Device& gpu = lock.gpu();
@@ -65,14 +64,13 @@ Rendering Model::render(Device& device, const Camera& camera, const RenderOption
   rendering.height = camera.height;
   const std::size_t pixels = std::size_t(camera.width) * std::size_t(camera.height);
   std::vector<kernels::Hit> hits;
-  train::for_each_batch(gpu, loaded->loaded->soup, buffers, std::span(&view, 1), options.colour, inputs, 1,
-                        [&](std::size_t, std::size_t) {
-                          if (options.colour)
-                            rendering.colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
-                          if (options.alpha || options.triangle || options.barycentrics || options.depth ||
-                              options.normal)
-                            hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
-                        });
+  train::for_each_batch(
+      gpu, loaded->loaded->soup, buffers, std::span(&view, 1), options.colour, inputs, 1,
+      [&](std::size_t, std::size_t) {
+        if (options.colour) rendering.colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
+        if (options.alpha || options.triangle || options.barycentrics || options.depth || options.normal)
+          hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
+      });
   take_hits(rendering, hits, options, model, seen);
   return rendering;
 }

@@ -120,8 +120,7 @@ void Dataset::write_transforms(const std::filesystem::path& folder) const {
   const std::vector<scene::PosedFile> views = write_photographs(impl_->scene, folder);
   const scene::PointCloud points = cloud_of_scene(*this);
   if (!points.positions.empty()) write_text(folder / "points.ply", scene::ply_points_text(points));
-  write_text(folder / "transforms.json",
-             scene::transforms_text(views, points.positions.empty() ? "" : "points.ply"));
+  write_text(folder / "transforms.json", scene::transforms_text(views, points.positions.empty() ? "" : "points.ply"));
 }
 
 }  // namespace trisoup

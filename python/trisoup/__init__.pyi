@@ -17,7 +17,14 @@ class Error(RuntimeError): ...
 
 class Camera:
     def __init__(
-        self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, world_to_camera: ArrayLike | None = None
+        self,
+        width: int,
+        height: int,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        world_to_camera: ArrayLike | None = None,
     ) -> None: ...
     @staticmethod
     def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike, fov: float, width: int, height: int) -> Camera: ...

@@ -73,7 +73,7 @@ TEST_CASE("a pixel's numbers are those of its ray's nearest intersection", "[ren
   std::size_t seen = 0, empty = 0, differ = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const glm::dvec2 pixel(static_cast<double>(i % 120) + 0.5, static_cast<double>(i / 120) + 0.5);
-    const auto nearest = render::surface_point(model, camera, pixel, 0.025, 2.5, false);
+    const auto nearest = viewer::surface_point(model, camera, pixel, 0.025, 2.5, false);
     if (triangle.values[i] < 0) {
       ++empty;
       CHECK(std::isinf(depth.values[i]));

@@ -16,6 +16,7 @@ import trisoup
 
 BIN = Path(os.environ["TRISOUP_BIN"])
 SOURCE = Path(__file__).resolve().parents[2]
+SANITIZED = "TRISOUP_PRELOAD" in os.environ  # slower, and memory is kept to find its wrong use
 CPU = trisoup.Device("cpu")
 # As common.sh of the end-to-end tests.
 TINY = {"init_count": 120, "init_radius": 0.2, "init_box": 0.7, "refine_every": 20}
@@ -23,7 +24,8 @@ TINY = {"init_count": 120, "init_radius": 0.2, "init_box": 0.7, "refine_every": 
 
 def run(program: str, *arguments: object) -> str:
     """Returns the standard output of a program."""
-    done = subprocess.run([BIN / program, *map(str, arguments)], capture_output=True, text=True)
+    environment = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
+    done = subprocess.run([BIN / program, *map(str, arguments)], capture_output=True, text=True, env=environment)
     if done.returncode != 0:
         raise AssertionError(f"{program}: {done.stderr}")
     return done.stdout

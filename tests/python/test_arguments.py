@@ -7,7 +7,7 @@ import unittest
 import numpy as np
 
 import trisoup
-from common import CPU, TINY, SceneTest
+from common import CPU, SANITIZED, TINY, SceneTest
 
 SEED = 20
 
@@ -36,7 +36,8 @@ class Messages(SceneTest):
         self.fails(trisoup.Error, "test_every", self.model().evaluate,
                    trisoup.Dataset.from_arrays([v.image for v in self.scene.train],
                                                [v.camera for v in self.scene.train], test_every=0))
-        self.fails(trisoup.Error, "none: cannot be opened", trisoup.Training.resume, self.scene, self.folder / "none", device=CPU)
+        self.fails(trisoup.Error, "none: cannot be opened", trisoup.Training.resume, self.scene, self.folder / "none",
+                   device=CPU)
 
     def test_cameras(self) -> None:
         model, good = self.model(), self.scene.test[0].camera
@@ -126,7 +127,7 @@ class Messages(SceneTest):
 class Fuzz(SceneTest):
     """Calls everything with random arguments. An exception is right; a crash, a hang or silence of errors is not."""
 
-    CALLS = 1500
+    CALLS = 500 if SANITIZED else 1500
 
     def setUp(self) -> None:
         self.random = random.Random(SEED)
@@ -196,7 +197,7 @@ class Fuzz(SceneTest):
             try:
                 function(**arguments)
                 worked += 1
-            except (trisoup.Error, TypeError, ValueError, OverflowError, UnicodeError, IndexError, MemoryError) as error:
+            except (trisoup.Error, TypeError, ValueError, OverflowError, IndexError, MemoryError) as error:
                 raised += 1
                 if isinstance(error, trisoup.Error):
                     self.assertNotIn("\n", str(error))

@@ -7,7 +7,7 @@ import unittest
 import numpy as np
 
 import trisoup
-from common import CPU, SOURCE, SceneTest, bits, memory
+from common import CPU, SANITIZED, SOURCE, SceneTest, bits, memory
 
 ARRAYS = ("vertices", "faces", "texture_offsets", "texture_levels", "texels", "features")
 
@@ -71,6 +71,7 @@ class Lifetimes(SceneTest):
         image = self.model().render(self.scene.test[0].camera, device=CPU)
         self.assertEqual(np.from_dlpack(image).ctypes.data, image.ctypes.data)
 
+    @unittest.skipIf(SANITIZED, "sanitizers keep memory")
     def test_memory_does_not_grow(self) -> None:
         model = self.model()
         camera = self.scene.test[0].camera.resized(160, 160)
@@ -99,8 +100,8 @@ class Lifetimes(SceneTest):
 
         model = self.model()
         text = model._repr_html_()
-        frame = re.fullmatch(r'<iframe sandbox="allow-scripts" title="trisoup" style="[^"]*" srcdoc="([^"]*)"></iframe>',
-                             text)
+        frame = re.fullmatch(
+            r'<iframe sandbox="allow-scripts" title="trisoup" style="[^"]*" srcdoc="([^"]*)"></iframe>', text)
         self.assertIsNotNone(frame)
         page = html.unescape(frame[1])
         self.assertTrue(page.startswith("<!doctype html>") or page.startswith("<!DOCTYPE html>"), page[:40])
