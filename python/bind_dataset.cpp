@@ -91,14 +91,20 @@ PointSet points_from(const py::object& points, const py::object& colours) {
   return set;
 }
 
+/// Waits for a training that begins in another thread.
+PointSet points_of(const Dataset& dataset) {
+  const py::gil_scoped_release release;
+  return dataset.points();
+}
+
 py::array position_array(const Dataset& dataset) {
-  PointSet set = dataset.points();
+  PointSet set = points_of(dataset);
   const auto count = static_cast<py::ssize_t>(set.positions.size() / 3);
   return array_of(std::move(set.positions), {count, 3});
 }
 
 py::object colour_array(const Dataset& dataset) {
-  PointSet set = dataset.points();
+  PointSet set = points_of(dataset);
   if (set.colours.empty()) return py::none();
   const auto count = static_cast<py::ssize_t>(set.colours.size() / 3);
   return array_of(std::move(set.colours), {count, 3});

@@ -72,7 +72,10 @@ struct TinyDataset {
     return Dataset(folder.path() / "scene");
   }();
   Device device{"cpu"};
-  TrainingOptions options{.preset = "fast", .steps = 20, .triangles = 60, .set = {"refine_every=10"}};
+  TrainingOptions options{.preset = "fast",
+                          .steps = 20,
+                          .triangles = 60,
+                          .set = {"refine_every=10", "init_count=120", "init_radius=0.2", "init_box=0.7"}};
 
   std::vector<Photograph> photographs() const {
     std::vector<Photograph> all;

@@ -90,8 +90,20 @@ class Results(SceneTest):
         np.testing.assert_allclose(np.linalg.norm(normal[shown], axis=1), 1, atol=1e-5)
         centre = -pose[:3, :3].T @ pose[:3, 3]
         self.assertTrue((((centre - points) * normal[shown]).sum(axis=1) > -1e-6).all())
-        # The same numbers as soup-view's files, where both show the same triangle.
-        self.save(model)
+
+    def test_pixels_are_those_of_the_viewer(self) -> None:
+        """soup-view --data writes the same numbers, except where rounding decides between two triangles."""
+        model = self.model(60)
+        path = self.save(model)
+        kinds = ("triangle", "barycentrics", "depth", "normal")
+        run("soup-view", path, "--screenshot", self.folder / "view.png", "--camera", 0, "--data", ",".join(kinds))
+        arrays = dict(zip(kinds, model.render(model.cameras[0].camera, kinds, device=CPU)))
+        files = {kind: np.load(self.folder / f"view.{kind}.npy") for kind in kinds}
+        same = files["triangle"] == arrays["triangle"]
+        self.assertGreater(same.mean(), 0.99)
+        for kind, file in files.items():
+            self.assertEqual((file.dtype, file.shape), (arrays[kind].dtype, arrays[kind].shape))
+            np.testing.assert_allclose(file[same], arrays[kind][same], rtol=1e-5, atol=1e-6)
 
     def test_background_is_where_nothing_is(self) -> None:
         model = self.model()
