@@ -1,5 +1,5 @@
-# cpack -G DEB in the build folder makes a Debian package of the programs, with man pages from their --help, a desktop
-# entry for the viewer, and dependencies from dpkg-shlibdeps. tools/make_packages makes it and the source archive.
+# cpack -G DEB in the build folder makes Debian packages of the programs, with man pages from their --help and a desktop
+# entry for the viewer, and of the Python module, with dependencies from dpkg-shlibdeps. tools/make_packages makes it and the source archive.
 set(CPACK_PACKAGE_NAME trisoup)
 # The maintainer of the package: DEBFULLNAME and DEBEMAIL, as for Debian's tools, or -DCPACK_PACKAGE_CONTACT. The
 # default is the project with an address under .invalid, which belongs to nobody (RFC 2606).
@@ -25,7 +25,7 @@ set(CPACK_COMPONENTS_ALL programs)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME trisoup)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION_SUMMARY}\n${CPACK_DEBIAN_PACKAGE_DESCRIPTION}")
+set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION "${CPACK_DEBIAN_PACKAGE_DESCRIPTION}")
 if(TRISOUP_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-trisoup)
@@ -37,9 +37,8 @@ if(TRISOUP_PYTHON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "mesa-vulkan-drivers")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib")
   set(CPACK_DEBIAN_PYTHON_DESCRIPTION
-"photographs to a few thousand textured triangles, Python module
-Trains soups of textured triangles from photographs, renders and measures
-them, with NumPy arrays: import trisoup.")
+"Python module: trains soups of textured triangles from photographs,
+renders and measures them, with NumPy arrays. import trisoup.")
 endif()
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
