@@ -1,5 +1,6 @@
 # cpack -G DEB in the build folder makes Debian packages of the programs, with man pages from their --help and a desktop
-# entry for the viewer, and of the Python module, with dependencies from dpkg-shlibdeps. tools/make_packages makes it and the source archive.
+# entry for the viewer, and of the Python module, with dependencies from dpkg-shlibdeps. tools/make_packages makes them
+# and the source archive.
 set(CPACK_PACKAGE_NAME trisoup)
 # The maintainer of the package: DEBFULLNAME and DEBEMAIL, as for Debian's tools, or -DCPACK_PACKAGE_CONTACT. The
 # default is the project with an address under .invalid, which belongs to nobody (RFC 2606).

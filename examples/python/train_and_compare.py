@@ -1,7 +1,7 @@
 """Trains two presets on the same scene and compares them view by view.
 
-train_and_compare.py DATASET OUT [STEPS]: writes OUT/fast.glb, OUT/balanced.glb, and beside each other the photograph and
-both renderings of the first test view as OUT/compare.npy.
+train_and_compare.py DATASET OUT [STEPS]: writes OUT/fast.glb, OUT/balanced.glb, and the photograph and both renderings
+of the first test view beside each other as OUT/compare.npy.
 """
 
 import sys
