@@ -173,7 +173,7 @@ class Fuzz(SceneTest):
             (trisoup.Training.resume, ("dataset", "path"), 2),
         ]
 
-    def good(self, function, name):
+    def good(self, name):
         """An argument that is right, so that calls get beyond the first one."""
         camera = self.scene.test[0].camera
         right = {"camera": camera, "dataset": self.scene, "steps": 1, "triangles": 20, "width": 8, "height": 8,
@@ -190,7 +190,7 @@ class Fuzz(SceneTest):
             for i, name in enumerate(names):
                 if i < needed or self.random.random() < 0.3:
                     right = self.random.random() < 0.7
-                    arguments[name] = self.good(function, name) if right else self.value()
+                    arguments[name] = self.good(name) if right else self.value()
             if function is trisoup.Training:
                 arguments.setdefault("steps", 1)
                 arguments.update(device=CPU)

@@ -65,6 +65,7 @@ class Lifetimes(SceneTest):
         again = pickle.loads(pickle.dumps(camera))
         self.assertEqual(bits(again.world_to_camera), bits(camera.world_to_camera))
         self.assertEqual(bits(again.intrinsics), bits(camera.intrinsics))
+        self.assertEqual((again.width, again.height), (camera.width, camera.height))
 
     def test_dlpack(self) -> None:
         """Arrays go to other libraries by DLPack, as far as NumPy passes them on."""

@@ -213,6 +213,7 @@ class Arrays(SceneTest):
         scene = trisoup.Dataset.from_arrays([v.image for v in views], [v.camera for v in views], masks=masks,
                                             names=[f"images/{v.name}.jpg" for v in views],
                                             test=[v.test for v in views], points=points, point_colours=colours)
+        self.assertEqual(sum((view.mask == 0).sum() for view in scene.train + scene.test), 14)
         scene.write_colmap(self.folder / "colmap")
         scene.write_transforms(self.folder / "transforms")
         with self.assertRaisesRegex(trisoup.Error, "colmap: is not an empty folder"):
