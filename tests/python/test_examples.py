@@ -57,6 +57,20 @@ class Examples(SceneTest):
         self.assertEqual(said.count(" MB"), 2)
         self.assertEqual((self.folder / "chart.png").read_bytes()[1:4], b"PNG")
 
+    @unittest.skipIf(sys.version_info < (3, 11), "needs tomllib")
+    def test_project_file(self) -> None:
+        """pyproject.toml names the version, the target and the component of CMake."""
+        import tomllib
+
+        project = tomllib.loads((SOURCE / "pyproject.toml").read_text())
+        build = project["tool"]["scikit-build"]
+        version = build["metadata"]["version"]
+        found = re.search(version["regex"], (SOURCE / version["input"]).read_text(), re.MULTILINE)
+        self.assertEqual(found["value"], trisoup.__version__)
+        cmake = (SOURCE / "python/CMakeLists.txt").read_text()
+        for name in build["cmake"]["targets"] + build["install"]["components"]:
+            self.assertRegex(cmake, rf"\b{name}\b")
+
     def test_documentation(self) -> None:
         """Runs the blocks of docs/python.md in one process, on smaller trainings."""
         text = (SOURCE / "docs/python.md").read_text()
