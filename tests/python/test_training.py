@@ -41,7 +41,7 @@ class Pieces(SceneTest):
         self.assertEqual(bytes(training.model()), bytes(self.model(40)))
 
     def test_interrupt_stops_between_steps(self) -> None:
-        training = self.train(1_000_000)
+        training = self.train(20_000)
         threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         start = time.monotonic()
         with self.assertRaises(KeyboardInterrupt):
