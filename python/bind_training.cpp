@@ -134,6 +134,8 @@ void bind_progress(py::module_& module) {
           "Of the training views of these steps, dB; None if no pixel is in the loss.")
       .def_property_readonly(
           "seconds", [](P p) { return p.values.seconds; }, "Training time so far.")
+      .def_property_readonly(
+          "cpu_seconds", [](P p) { return p.values.cpu_seconds; }, "Of all threads, in that time.")
       .def_property_readonly("ms_per_step", [](P p) { return p.values.ms_per_step; })
       .def_property_readonly(
           "test", [](P p) { return p.test; }, "Evaluation of the test views, with steps(evaluate=True); else None.")

@@ -169,8 +169,8 @@ void Training::run(const TrainingCallbacks& given) {
   callbacks.interrupted = [&] { return interruption.asks(); };
   if (given.every > 0) callbacks.progress_every = given.every;
   callbacks.on_progress = [&](const train::Progress& p) {
-    if (given.on_progress &&
-        !given.on_progress({p.step, p.triangles, p.loss, p.seconds, trainer.last_step(), p.psnr, p.ms_per_step}))
+    if (given.on_progress && !given.on_progress({p.step, p.triangles, p.loss, p.seconds, trainer.last_step(), p.psnr,
+                                                 p.ms_per_step, trainer.cpu_seconds()}))
       stop = true;
   };
   callbacks.on_non_finite = [&](const train::NonFinite& fault) { impl_->warnings.push_back(train::to_string(fault)); };

@@ -21,6 +21,7 @@ class Pieces(SceneTest):
         self.assertTrue(training.finished and all(p.last_step == 40 for p in reports))
         self.assertLess(reports[-1].loss, reports[0].loss)
         self.assertGreater(reports[-1].test.mean.psnr, reports[0].test.mean.psnr)
+        self.assertGreater(reports[-1].cpu_seconds, reports[0].cpu_seconds)
         self.assertEqual(list(training.steps()), [])
         self.assertIsNone(next(iter(self.train().steps())).test)
 

@@ -35,6 +35,7 @@ struct TrainingProgress {
   std::uint64_t last_step = 0;   // of the training
   std::optional<double> psnr{};  // of training views, dB; none if no pixel of them is in the loss
   double ms_per_step = 0;
+  double cpu_seconds = 0;  // of all threads of the process, over the training time
 };
 
 /// A picture of a training step. Row 0 is at the top.
