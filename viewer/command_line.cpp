@@ -194,10 +194,10 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
 std::string read_data(const std::string& list, CommandLine& c) {
   std::istringstream names(list);
   for (std::string name; std::getline(names, name, ',');) {
-    const auto kind = pixel_data_from(name);
+    const auto kind = render::pixel_data_from(name);
     if (!kind)
       return fmt::format("--data {}: give some of {}, separated by commas", printable(list),
-                         fmt::join(kPixelDataNames, ", "));
+                         fmt::join(render::kPixelDataNames, ", "));
     c.data.push_back(*kind);
   }
   return {};

@@ -10,7 +10,7 @@
 
 #include "cli/serve_options.h"
 #include "gpu/device.h"
-#include "pixel_data.h"
+#include "render/pixel_data.h"
 #include "render/renderer.h"
 
 namespace trisoup::viewer {
@@ -19,9 +19,9 @@ struct CommandLine {
   std::string model;    // empty: the window opens without a model
   std::string dataset;  // source of photographs and cameras; empty: the model's cameras
   std::optional<std::string> screenshot, path, output, camera, json, cameras, video;
-  std::vector<PixelData> data;  // written beside each picture
-  bool transparent = false;     // --background none
-  std::string dataparser;       // of nerfstudio; empty: none
+  std::vector<render::PixelData> data;  // written beside each picture
+  bool transparent = false;             // --background none
+  std::string dataparser;               // of nerfstudio; empty: none
   bool benchmark = false, list_devices = false;
   ServeOptions serving;
   std::optional<glm::ivec2> size;  // pixels

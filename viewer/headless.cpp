@@ -18,7 +18,7 @@
 #include "cli/output_text.h"
 #include "file_cameras.h"
 #include "image/image_file.h"
-#include "pixel_data.h"
+#include "render/pixel_data.h"
 #include "train/quality/evaluate.h"
 #include "video.h"
 
@@ -75,29 +75,29 @@ Image transparent_picture(Setting& s, const render::View& view) {
   draw.background = glm::vec3(0.0f);
   const Image over_black = s.renderer.picture(s.model, view, draw);
   draw.background = glm::vec3(1.0f);
-  return transparent(over_black, s.renderer.picture(s.model, view, draw));
+  return render::transparent(over_black, s.renderer.picture(s.model, view, draw));
 }
 
 /// Writes NAME.KIND.npy beside NAME.png.
 void write_data(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
   const scene::Camera drawn = s.lens(camera);
   const render::View view = s.view(camera);
-  std::vector<SurfacePoint> points;
-  for (const PixelData kind : s.options.data) {
+  std::vector<render::SurfacePoint> points;
+  for (const render::PixelData kind : s.options.data) {
     std::string bytes;
-    if (kind == PixelData::alpha) {
-      bytes = npy_of_alpha(transparent_picture(s, view));
+    if (kind == render::PixelData::alpha) {
+      bytes = render::npy_of_alpha(transparent_picture(s, view));
     } else {
       if (points.empty()) {
         render::DrawOptions one_sample = s.draw;
         one_sample.aa = render::AntiAliasing::none;
         s.renderer.picture(s.model, view, one_sample);
-        points = surface_points(s.subject.model, drawn, s.renderer.hits());
+        points = render::surface_points(s.subject.model, drawn, s.renderer.hits());
       }
-      bytes = npy_of(kind, points, drawn, s.subject.model);
+      bytes = render::npy_of(kind, points, drawn, s.subject.model);
     }
     std::filesystem::path path = png;
-    path.replace_extension(fmt::format(".{}.npy", kPixelDataNames[static_cast<std::size_t>(kind)]));
+    path.replace_extension(fmt::format(".{}.npy", render::kPixelDataNames[static_cast<std::size_t>(kind)]));
     write_file_atomically(path, bytes_of(bytes));
   }
 }

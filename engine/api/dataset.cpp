@@ -1,42 +1,107 @@
 #include "api/impl.h"
+#include "base/error.h"
+#include "base/printable.h"
+#include "scene/load/from_memory.h"
 
 namespace trisoup {
 namespace {
 
-/// Converts cameras from normalised to dataset coordinates.
-std::vector<View> views_of(const std::vector<scene::View>& views, const scene::Normalisation& normalisation) {
+std::vector<View> views_of(const std::vector<scene::View>& views, bool test,
+                           const scene::Normalisation& normalisation) {
   std::vector<View> all;
-  for (const scene::View& view : views) {
-    const scene::Camera& c = view.camera;
-    View& v = all.emplace_back(View{view.name, {c.width, c.height, c.fx, c.fy, c.cx, c.cy, {}}});
-    const glm::dmat3 rotation(c.world_to_camera);
-    // normalised = scale * (world - centre). The camera's axes are not scaled, so only the translation changes.
-    const glm::dvec3 translation =
-        glm::dvec3(c.world_to_camera[3]) / normalisation.scale - rotation * normalisation.centre;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 3; ++column) v.camera.world_to_camera[4 * row + column] = rotation[column][row];
-      v.camera.world_to_camera[4 * row + 3] = translation[row];
-    }
-    v.camera.world_to_camera[15] = 1;
-  }
+  for (const scene::View& view : views) all.push_back({view.name, public_camera(view.camera, normalisation), test});
   return all;
+}
+
+scene::LoadOptions load_options(const DatasetOptions& options) {
+  scene::LoadOptions load;
+  load.downscale = options.resolution;
+  load.depth_maps = scene::DepthMaps::automatic;
+  load.test_every = options.test_every;
+  load.invert_masks = options.invert_masks;
+  load.outside = options.outside;
+  if (options.alpha == "mask")
+    load.alpha = scene::AlphaUse::mask;
+  else if (options.alpha != "composite")
+    throw Error("alpha: there is no '{}'; give composite or mask", printable(options.alpha));
+  if (options.background == "white")
+    load.background = scene::BackgroundChoice::white;
+  else if (options.background == "black")
+    load.background = scene::BackgroundChoice::black;
+  else if (options.background != "auto")
+    throw Error("background: there is no '{}'; give auto, white or black", printable(options.background));
+  return load;
+}
+
+scene::PointCloud cloud_of(const PointSet& points) {
+  scene::PointCloud cloud;
+  if (points.positions.size() % 3 != 0 || points.colours.size() % 3 != 0)
+    throw Error("points: {} coordinates and {} colour values; give three of each per point", points.positions.size(),
+                points.colours.size());
+  for (std::size_t i = 0; i < points.positions.size(); i += 3)
+    cloud.positions.emplace_back(points.positions[i], points.positions[i + 1], points.positions[i + 2]);
+  for (std::size_t i = 0; i < points.colours.size(); i += 3)
+    cloud.colours.emplace_back(points.colours[i], points.colours[i + 1], points.colours[i + 2]);
+  return cloud;
+}
+
+scene::Camera unchecked_camera(const Camera& camera) {
+  scene::Camera c{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy};
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      c.world_to_camera[column][row] = camera.world_to_camera[static_cast<std::size_t>(4 * row + column)];
+  return c;
 }
 
 }  // namespace
 
 Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& options) {
   auto impl = std::make_shared<Impl>();
-  impl->load.downscale = options.resolution;
-  impl->load.depth_maps = scene::DepthMaps::automatic;
-  impl->load.test_every = options.test_every;
+  impl->load = load_options(options);
   impl->load.warn = [&](const std::string& line) { impl->warnings.push_back(line); };
   impl->scene = scene::load(path, impl->load);
   impl->load.warn = {};  // refers to this function
   impl_ = std::move(impl);
 }
 
+Dataset::Dataset(const std::vector<Photograph>& photographs, const PointSet& points, const DatasetOptions& options) {
+  if (options.resolution != 1)
+    throw Error("`resolution` {}: photographs in memory are not resized; give 1", options.resolution);
+  auto impl = std::make_shared<Impl>();
+  impl->load = load_options(options);
+  std::vector<scene::MemoryPhotograph> taken;
+  for (const Photograph& p : photographs)
+    taken.push_back(
+        {p.name, unchecked_camera(p.camera), Image{p.camera.width, p.camera.height, p.rgba}, p.mask, p.test});
+  impl->scene = scene::scene_from_memory(std::move(taken), cloud_of(points), impl->load);
+  impl_ = std::move(impl);
+}
+
 const std::vector<std::string>& Dataset::warnings() const { return impl_->warnings; }
-std::vector<View> Dataset::training_views() const { return views_of(impl_->scene.train, impl_->scene.normalisation); }
-std::vector<View> Dataset::test_views() const { return views_of(impl_->scene.test, impl_->scene.normalisation); }
+const std::string& Dataset::summary() const { return impl_->scene.summary; }
+
+std::vector<View> Dataset::training_views() const {
+  return views_of(impl_->scene.train, false, impl_->scene.normalisation);
+}
+
+std::vector<View> Dataset::test_views() const { return views_of(impl_->scene.test, true, impl_->scene.normalisation); }
+
+PhotographPixels Dataset::photograph(bool test, std::size_t index) const {
+  const std::vector<scene::View>& views = test ? impl_->scene.test : impl_->scene.train;
+  if (index >= views.size()) throw Error("there is no view {}; the dataset has {}", index, views.size());
+  const Image& image = views[index].image;
+  return {image.width, image.height, image.rgba};
+}
+
+PointSet Dataset::points() const {
+  const std::lock_guard lock(impl_->beginning);
+  PointSet set;
+  for (const glm::vec3& p : impl_->scene.points.positions) {
+    const glm::dvec3 world = impl_->scene.normalisation.to_world(glm::dvec3(p));
+    set.positions.insert(set.positions.end(), {world.x, world.y, world.z});
+  }
+  for (const glm::u8vec3& c : impl_->scene.points.colours) set.colours.insert(set.colours.end(), {c.r, c.g, c.b});
+  return set;
+}
 
 }  // namespace trisoup

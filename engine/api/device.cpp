@@ -1,18 +1,31 @@
+#include <unistd.h>
+
+#include <map>
+#include <utility>
+
 #include "api/impl.h"
 
 namespace trisoup {
 
-Device::Device(const std::string& backend, const std::string& name) : impl_(std::make_unique<Impl>()) {
+Device::Device(const std::string& backend, const std::string& name) : impl_(std::make_shared<Impl>()) {
   gpu::DeviceOptions options;
   options.backend = backend;
   options.device = name;
   impl_->device = gpu::open_device(options);
 }
 
-Device::Device(Device&&) noexcept = default;
-Device& Device::operator=(Device&&) noexcept = default;
-Device::~Device() = default;
+Device Device::shared(const std::string& backend) {
+  // Never destroyed: a driver may be gone before static objects are. After a fork the child has none of the threads
+  // that a device needs, so it opens its own.
+  static std::mutex& guard = *new std::mutex;
+  static auto& devices = *new std::map<std::pair<pid_t, std::string>, Device>;
+  const std::lock_guard lock(guard);
+  const std::pair<pid_t, std::string> key(getpid(), backend);
+  const auto found = devices.find(key);
+  return found != devices.end() ? found->second : devices.emplace(key, Device(backend)).first->second;
+}
 
 std::string Device::name() const { return impl_->device->info().name; }
+std::string Device::backend() const { return impl_->device->info().backend; }
 
 }  // namespace trisoup

@@ -1,7 +1,6 @@
-#include "format/model_file.h"
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "api/impl.h"
@@ -10,9 +9,47 @@
 #include "base/read_file.h"
 #include "image/image_file.h"
 #include "train/quality/evaluate.h"
-#include "train/step/forward_pass.h"
 
 namespace trisoup {
+namespace {
+
+constexpr Measure kMeasures[] = {
+    {"psnr", &Quality::psnr, "PSNR, dB"},
+    {"ssim", &Quality::ssim, "SSIM, 11-tap Gaussian window"},
+    {"mae", &Quality::mae, "mean absolute difference, 0 to 1"},
+    {"ms_ssim", &Quality::ms_ssim, "MS-SSIM; not a number if a side has fewer than 161 pixels, or during a training"},
+    {"flip", &Quality::flip, "mean FLIP error, 0 to 1, at 67 pixels per degree; not a number during a training"},
+    {"uncovered", &Quality::uncovered, "share of the pixels without a triangle where the photograph has content"},
+};
+
+}  // namespace
+
+std::span<const Measure> measures() { return kMeasures; }
+
+Evaluation public_evaluation(const train::Evaluation& e) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto quality = [](const train::ImageMetrics& m) {
+    return Quality{m.psnr, m.ssim, m.mae, m.uncovered, m.ms_ssim.value_or(kNone), m.flip.value_or(kNone)};
+  };
+  Evaluation result;
+  for (const train::ViewMetrics& view : e.views)
+    result.views.push_back({view.name, quality(view.metrics), view.metrics.pixels > 0});
+  result.mean = quality(e.mean);
+  return result;
+}
+
+void Model::Impl::finish(soup::ModelFile from) {
+  cameras = std::move(from.cameras);
+  settings = from.settings.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  faces.resize(model.vertices.size());
+  for (std::size_t i = 0; i < faces.size(); ++i) faces[i] = static_cast<std::int32_t>(i);
+  for (const soup::TextureEntry& row : model.textures) {
+    texture_offsets.push_back(row.lattice_offset);
+    texture_levels.push_back(row.level_max);
+  }
+  features.reserve(model.lattice.size());
+  for (const std::uint8_t value : model.lattice) features.push_back(static_cast<float>(value) / 255.0f);
+}
 
 Model::Model(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 
@@ -32,6 +69,7 @@ Model Model::read(const std::filesystem::path& path) {
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: unreadable settings; train the model again", path.string());
   }
+  impl->finish(std::move(file));
   return Model(std::move(impl));
 }
 
@@ -39,46 +77,84 @@ void Model::write(const std::filesystem::path& path) const { write_file_atomical
 
 std::size_t Model::triangles() const { return impl_->model.triangles(); }
 std::size_t Model::bytes() const { return impl_->file.size(); }
+std::span<const std::byte> Model::file() const { return impl_->file; }
 
-Picture Model::render(Device& device, const Camera& camera) const {
-  scene::Camera c{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy};
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column)
-      c.world_to_camera[column][row] = camera.world_to_camera[4 * row + column];
-  if (c.width < 1 || c.height < 1 || std::uint64_t(c.width) * c.height > train::kPassPixels * 64 || !(c.fx > 0) ||
-      !(c.fy > 0))
-    throw Error("camera: {} x {} pixels, focal lengths {} and {}; use positive values and at most 64 megapixels",
-                c.width, c.height, c.fx, c.fy);
-  const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
-  const train::BatchView view = train::batch_view(scene::normalised(c, normalisation), impl_->near, impl_->far);
-  gpu::Device& gpu = *device.impl().device;
-  train::SoupBuffers soup = train::load_model(gpu, impl_->model, normalisation);
-  train::BatchBuffers frame(gpu);
-  train::StepInputs inputs;
-  inputs.background = impl_->model.background;
-  Picture picture{c.width, c.height, {}};
-  train::for_each_batch(gpu, soup, frame, std::span(&view, 1), true, inputs, 1, [&](std::size_t, std::size_t) {
-    picture.rgb = gpu.download_vector<float>(frame.colour.address(), 3ull * c.width * c.height);
-  });
-  return picture;
+std::span<const float> Model::vertices() const {
+  static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
+  const std::vector<glm::vec3>& vertices = impl_->model.vertices;
+  return {vertices.empty() ? nullptr : &vertices[0].x, 3 * vertices.size()};
 }
 
-Quality Model::quality(Device& device, const Dataset& dataset) const {
+std::span<const std::int32_t> Model::faces() const { return impl_->faces; }
+
+std::array<double, 3> Model::origin() const {
+  const glm::dvec3& o = impl_->model.origin;
+  return {o.x, o.y, o.z};
+}
+
+std::array<double, 3> Model::centre() const {
+  const glm::dvec3& c = impl_->model.centre;
+  return {c.x, c.y, c.z};
+}
+
+double Model::scale() const { return impl_->model.scale; }
+
+std::array<float, 3> Model::background() const {
+  const glm::vec3& b = impl_->model.background;
+  return {b.r, b.g, b.b};
+}
+
+std::span<const std::uint32_t> Model::texture_offsets() const { return impl_->texture_offsets; }
+std::span<const std::uint32_t> Model::texture_levels() const { return impl_->texture_levels; }
+std::span<const std::uint8_t> Model::texels() const { return impl_->model.lattice; }
+std::span<const float> Model::features() const { return impl_->features; }
+
+std::vector<Layer> Model::mlp() const {
+  std::vector<Layer> layers;
+  std::span<const float> rest = impl_->model.mlp.parameters;
+  for (const auto& [inputs, outputs] : {std::pair(soup::Mlp::kInput, soup::Mlp::kHidden),
+                                        {soup::Mlp::kHidden, soup::Mlp::kHidden},
+                                        {soup::Mlp::kHidden, soup::Mlp::kOutput}}) {
+    const auto weights = static_cast<std::size_t>(inputs * outputs), bias = static_cast<std::size_t>(outputs);
+    layers.push_back({inputs, outputs, rest.first(weights), rest.subspan(weights, bias)});
+    rest = rest.subspan(weights + bias);
+  }
+  return layers;
+}
+
+std::vector<View> Model::cameras() const {
+  std::vector<View> views;
+  const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
+  for (const soup::ModelCamera& c : impl_->cameras)
+    views.push_back({c.name, public_camera(c.camera, normalisation), c.test});
+  return views;
+}
+
+std::string Model::settings() const { return impl_->settings; }
+
+std::array<double, 2> Model::clip_planes() const {
+  return {impl_->near / impl_->model.scale, impl_->far / impl_->model.scale};
+}
+
+Quality Model::quality(Device& device, const Dataset& dataset) const { return evaluate(device, dataset).mean; }
+
+Evaluation Model::evaluate(Device& device, const Dataset& dataset, bool training) const {
   const scene::Scene& scene = dataset.impl().scene;
-  if (scene.test.empty())
+  const std::vector<scene::View>& views = training ? scene.train : scene.test;
+  if (views.empty())
     throw Error("{}: no test views; load the dataset with a positive `test_every`", scene.path.string());
-  const train::Evaluation e = train::evaluate(*device.impl().device, impl_->model, scene, scene.test, impl_->near,
-                                              impl_->far, {}, nullptr, {}, {.wanted = true});
-  return {e.mean.psnr, e.mean.ssim, e.mean.mae, e.mean.ms_ssim, e.mean.flip};
+  const DeviceLock lock(device);
+  return public_evaluation(train::evaluate(lock.gpu(), impl_->model, scene, views, impl_->near, impl_->far, {}, nullptr,
+                                           {}, {.wanted = true}));
 }
 
 void Picture::write_png(const std::filesystem::path& path) const {
-  if (width < 1 || height < 1 || rgb.size() != std::size_t(width) * height * 3)
+  if (width < 1 || height < 1 || rgb.size() != std::size_t(width) * std::size_t(height) * 3)
     throw Error("{}: the picture has {} values, expected {} x {} x 3; set width and height to match", path.string(),
                 rgb.size(), width, height);
-  Image image{width, height, std::vector<std::uint8_t>(std::size_t(width) * height * 4, 255)};
-  for (std::size_t i = 0; i < std::size_t(width) * height; ++i)
-    for (int c = 0; c < 3; ++c)
+  Image image{width, height, std::vector<std::uint8_t>(std::size_t(width) * std::size_t(height) * 4, 255)};
+  for (std::size_t i = 0; i < std::size_t(width) * std::size_t(height); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
       image.rgba[4 * i + c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(rgb[3 * i + c], 0.0f, 1.0f)));
   trisoup::write_png(path, image);
 }

@@ -1,15 +1,20 @@
-#include "api/impl.h"
-
+#include <chrono>
+#include <cmath>
 #include <optional>
+
+#include "api/impl.h"
 
 #include "base/error.h"
 #include "format/model_file.h"
+#include "run/checkpoint.h"
 #include "run/memory_need.h"
 #include "run/model_options.h"
 #include "run/presets.h"
 #include "scene/stereo/surface_points.h"
 #include "train/quality/baked_colours.h"
 #include "train/start/initial_triangles.h"
+#include "train/step/non_finite.h"
+#include "train/topology/simplify.h"
 
 namespace trisoup {
 namespace {
@@ -25,6 +30,8 @@ train::SettingsRequest request_of(const TrainingOptions& o) {
   if (o.steps > 0) ask("steps", o.steps);
   if (o.triangles > 0) ask("triangles", o.triangles);
   ask("seed", o.seed);
+  if (!o.start_vertices.empty() && o.triangles == 0)
+    ask("triangles", std::max<std::size_t>(1, o.start_vertices.size() / 9));
   for (const std::string& text : o.set) request.assignments.push_back(train::read_assignment(text));
   return request;
 }
@@ -48,17 +55,75 @@ class WithSurfacePoints {
   scene::Points own_;
 };
 
+/// First triangles that the caller gives.
+train::Start given_start(const TrainingOptions& o, const scene::Normalisation& normalisation) {
+  if (o.start_vertices.size() % 9 != 0)
+    throw Error("start: {} coordinates of vertices; give 9 for each triangle", o.start_vertices.size());
+  if (!o.start_colours.empty() && o.start_colours.size() != o.start_vertices.size())
+    throw Error("start: {} coordinates of vertices and {} colour values; give three colour values for each vertex",
+                o.start_vertices.size(), o.start_colours.size());
+  train::Start start;
+  for (std::size_t i = 0; i < o.start_vertices.size(); i += 3) {
+    const glm::dvec3 p =
+        normalisation.to_normalised({o.start_vertices[i], o.start_vertices[i + 1], o.start_vertices[i + 2]});
+    if (!(glm::length(p) < 1e18)) throw Error("start: vertex {} is not finite; remove its triangle", i / 3);
+    start.vertices.emplace_back(p);
+  }
+  for (std::size_t i = 0; i < o.start_colours.size(); i += 3) {
+    const glm::vec3 c(o.start_colours[i], o.start_colours[i + 1], o.start_colours[i + 2]);
+    for (int k = 0; k < 3; ++k)
+      if (!(c[k] >= 0 && c[k] <= 1)) throw Error("start: the colour of vertex {} is {}; give 0 to 1", i / 3, c[k]);
+    start.colours.push_back(c);
+  }
+  return start;
+}
+
+/// Asks `interrupted` at most twenty times a second.
+class Interruption {
+ public:
+  explicit Interruption(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
+  bool asks() {
+    if (!interrupted_ || found_) return found_;
+    const auto now = Clock::now();
+    if (now < next_) return false;
+    next_ = now + std::chrono::milliseconds(50);
+    return found_ = interrupted_();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const std::function<bool()>& interrupted_;
+  Clock::time_point next_{};
+  bool found_ = false;
+};
+
+/// The library has no rounds of simplification.
+void refuse_goals(const train::Settings& settings) {
+  if (train::has_goal(settings) || settings.validation_views > 0)
+    throw Error("goals and `validation_views` are for soup-train and soup-simplify; leave them out");
+}
+
 }  // namespace
 
-Training::Training(Device& device, const Dataset& dataset, const TrainingOptions& options) {
-  gpu::Device& gpu = *device.impl().device;
+Training::Training(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Training::Training(const Device& device, const Dataset& dataset, const TrainingOptions& options)
+    : impl_(std::make_unique<Impl>(device, dataset)) {
+  const DeviceLock lock(device);
+  gpu::Device& gpu = lock.gpu();
   const scene::Scene& scene = dataset.impl().scene;
-  const train::SettingsRequest request = request_of(options);
+  train::SettingsRequest request = request_of(options);
+  std::optional<train::Start> start;
+  if (!options.start_vertices.empty()) {
+    start = given_start(options, scene.normalisation);
+    if (!request.has("init")) request.assignments.push_back(train::read_assignment("init=random"));
+  }
   const WithSurfacePoints points(gpu, dataset.impl(), request);
   train::Settings settings = train::make_settings(request, scene);
+  if (start) settings.init_count = static_cast<std::uint32_t>(start->vertices.size() / 3);
+  refuse_goals(settings);
   train::check(settings);
-  std::optional<train::Start> start;
-  if (train::surface_decides_budget(settings)) {
+  if (!start && train::surface_decides_budget(settings)) {
     train::limit_budget(scene, settings, gpu.ceiling());
     start = train::initial_triangles(scene, settings);
     train::take_budget(settings, *start);
@@ -71,7 +136,16 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
     settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
   train::check_storable(scene, train::model_options(scene, settings, dataset.impl().load));
   if (!start) start = train::initial_triangles(scene, settings);
-  impl_ = std::make_unique<Impl>(gpu, dataset, settings, *start);
+  impl_->trainer.emplace(gpu, scene, settings, *start);
+}
+
+Training Training::resume(const Device& device, const Dataset& dataset, const std::filesystem::path& checkpoint) {
+  auto impl = std::make_unique<Impl>(device, dataset);
+  const DeviceLock lock(device);
+  const train::Settings settings = train::checkpoint_info(checkpoint).settings;
+  refuse_goals(settings);
+  impl->trainer.emplace(lock.gpu(), dataset.impl().scene, settings, checkpoint);
+  return Training(std::move(impl));
 }
 
 Training::Training(Training&&) noexcept = default;
@@ -79,29 +153,80 @@ Training& Training::operator=(Training&&) noexcept = default;
 Training::~Training() = default;
 
 void Training::run(const std::function<bool(const TrainingProgress&)>& on_progress, std::uint64_t every) {
-  std::atomic<bool> stop{false};
-  train::Trainer::Callbacks callbacks;
-  callbacks.stop = &stop;
-  if (every > 0) callbacks.progress_every = every;
-  if (on_progress)
-    callbacks.on_progress = [&](const train::Progress& p) {
-      stop = !on_progress({p.step, p.triangles, p.loss, p.seconds});
-    };
-  impl_->trainer.run(callbacks);
+  TrainingCallbacks callbacks;
+  callbacks.on_progress = on_progress;
+  callbacks.every = every;
+  run(callbacks);
 }
 
-bool Training::finished() const { return impl_->trainer.finished(); }
+void Training::run(const TrainingCallbacks& given) {
+  const DeviceLock lock(impl_->device);
+  train::Trainer& trainer = *impl_->trainer;
+  std::atomic<bool> stop{false};
+  Interruption interruption(given.interrupted);
+  train::Trainer::Callbacks callbacks;
+  callbacks.stop = &stop;
+  callbacks.interrupted = [&] { return interruption.asks(); };
+  if (given.every > 0) callbacks.progress_every = given.every;
+  callbacks.on_progress = [&](const train::Progress& p) {
+    if (given.on_progress && !given.on_progress({p.step, p.triangles, p.loss, p.seconds, trainer.last_step(), p.psnr,
+                                                 p.ms_per_step, trainer.cpu_seconds()}))
+      stop = true;
+  };
+  callbacks.on_non_finite = [&](const train::NonFinite& fault) { impl_->warnings.push_back(train::to_string(fault)); };
+  if (given.image_loss)
+    callbacks.on_picture = [&](train::Trainer::StepPicture& p) {
+      StepPicture picture{p.view->name, p.width, p.height, std::move(p.colour), std::move(p.target), {}};
+      picture.gradient.resize(3 * std::size_t(p.width) * std::size_t(p.height));
+      const std::size_t values = picture.gradient.size();
+      given.image_loss(picture);
+      if (picture.gradient.size() != values)
+        throw Error("{}: the gradient has {} values, its picture {}; give one for each", picture.view,
+                    picture.gradient.size(), values);
+      for (const float value : picture.gradient)
+        if (!std::isfinite(value)) throw Error("{}: a gradient is not finite; correct the loss", picture.view);
+      p.gradient = std::move(picture.gradient);
+    };
+  trainer.run(callbacks);
+}
 
-Model Training::model() {
+bool Training::finished() const { return impl_->trainer->finished(); }
+std::uint64_t Training::step() const { return impl_->trainer->step(); }
+std::uint64_t Training::last_step() const { return impl_->trainer->last_step(); }
+std::uint32_t Training::triangles() const { return impl_->trainer->triangles(); }
+std::string Training::settings() const { return train::to_json(impl_->trainer->settings()).dump(); }
+const std::vector<std::string>& Training::warnings() const { return impl_->warnings; }
+const Device& Training::device() const { return impl_->device; }
+const Dataset& Training::dataset() const { return impl_->dataset; }
+
+void Training::write_checkpoint(const std::filesystem::path& path) const {
+  const DeviceLock lock(impl_->device);
+  impl_->trainer->write_checkpoint(path);
+}
+
+Evaluation Training::evaluate() const {
+  const scene::Scene& scene = impl_->dataset.impl().scene;
+  if (scene.test.empty())
+    throw Error("{}: no test views; load the dataset with a positive `test_every`", scene.path.string());
+  const DeviceLock lock(impl_->device);
+  return public_evaluation(impl_->trainer->evaluate_float());
+}
+
+Model Training::model() const {
+  const DeviceLock lock(impl_->device);
   const Dataset::Impl& dataset = impl_->dataset.impl();
-  const train::Settings& settings = impl_->trainer.settings();
+  const train::Settings& settings = impl_->trainer->settings();
   auto model = std::make_shared<Model::Impl>();
-  model->model = impl_->trainer.model();
+  model->model = impl_->trainer->model();
   model->near = settings.test_near;
   model->far = settings.far;
   soup::ModelFileOptions options = train::model_options(dataset.scene, settings, dataset.load);
-  options.baked = train::fitted_colours(impl_->gpu, model->model, options.cameras, settings.test_near, settings.far);
+  options.baked = train::fitted_colours(lock.gpu(), model->model, options.cameras, settings.test_near, settings.far);
   model->file = soup::encode_model(model->model, options);
+  soup::ModelFile file;
+  file.settings = options.settings;
+  file.cameras = options.cameras;
+  model->finish(std::move(file));
   return Model(std::move(model));
 }
 

@@ -177,6 +177,40 @@ bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callback
   return soup_.partition->outcome() == SoupPartition::Outcome::done;
 }
 
+void Trainer::train_shown(const BatchLayout& batch, const Callbacks& callbacks) {
+  buffers_.place(batch, soup_.triangles, true);
+  queue_.begin_step(buffers_);
+  StepInputs inputs = step_inputs();
+  const std::function<void()> show = [&] { show_pictures(callbacks); };
+  inputs.after_loss = &show;
+  Step(gpu_, soup_, buffers_).train(inputs);
+}
+
+void Trainer::show_pictures(const Callbacks& callbacks) {
+  // A step whose tile lists did not fit has no picture, changes nothing and is done again.
+  if (gpu_.download_vector<kernels::Control>(buffers_.control.address(), 1)[0].overflow != 0) return;
+  const BatchLayout& batch = buffers_.batch();
+  const auto colours = gpu_.download_vector<float>(buffers_.colour.address(), 3ull * batch.pixels);
+  const auto targets = gpu_.download_vector<std::uint32_t>(buffers_.target.address(), batch.pixels);
+  auto gradients = gpu_.download_vector<glm::vec4>(buffers_.gradient.address(), batch.pixels);
+  for (const kernels::ViewRecord& record : batch.records) {
+    const std::size_t first = record.pixel_offset, pixels = std::size_t(record.width) * record.height;
+    StepPicture picture{
+        &scene_.train[record.index], static_cast<int>(record.width), static_cast<int>(record.height), {}, {}, {}};
+    picture.colour.assign(colours.begin() + std::ptrdiff_t(3 * first),
+                          colours.begin() + std::ptrdiff_t(3 * (first + pixels)));
+    for (std::size_t i = first; i < first + pixels; ++i)
+      for (unsigned shift = 0; shift < 24; shift += 8)
+        picture.target.push_back(static_cast<float>(targets[i] >> shift & 255u) / 255.0f);
+    callbacks.on_picture(picture);
+    if (picture.gradient.empty()) continue;
+    for (std::size_t i = 0; i < pixels; ++i)
+      if (glm::vec4& g = gradients[first + i]; g.w >= 0)
+        for (int c = 0; c < 3; ++c) g[c] += picture.gradient.at(3 * i + std::size_t(c));
+  }
+  gpu_.upload(buffers_.gradient.address(), gradients);
+}
+
 void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
   do {
     std::vector<BatchLayout> batches;
@@ -192,6 +226,8 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       if (asked_to_stop(callbacks)) break;
       if (!soup_.partition->can_replay()) {
         if (!train_together(batch, callbacks)) break;
+      } else if (callbacks.on_picture) {
+        train_shown(batch, callbacks);
       } else {
         // Nothing is allocated in between, so batches of the same sizes have the same commands.
         if (!commands || sizes != sizes_of(batch)) commands = &commands_of(batch), sizes = sizes_of(batch);

@@ -57,6 +57,15 @@ class Trainer {
   /// begin_round().
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model);
 
+  /// A picture of a step, between its loss and the gradients that follow from it. Row 0 is at the top.
+  struct StepPicture {
+    const scene::View* view = nullptr;  // the training view
+    int width = 0, height = 0;
+    std::vector<float> colour;    // [height][width][3], in the exposure of the photograph
+    std::vector<float> target;    // [height][width][3]
+    std::vector<float> gradient;  // [height][width][3] dL/dcolour to be added where pixels are in the loss; or empty
+  };
+
   struct Callbacks {
     std::function<void(const Progress&)> on_progress;  // about every progress_every steps
     std::function<void(std::uint64_t step)>
@@ -68,6 +77,10 @@ class Trainer {
     std::uint64_t progress_every = 10;
     std::uint32_t evaluations_per_decade = 0;  // also evaluate after the steps of next_evaluation()
     const std::atomic<bool>* stop = nullptr;   // asks to end after the current step
+    std::function<bool()> interrupted;         // the same; asked before each step
+    /// Called for each view of each step; may fill StepPicture::gradient. Only of a process alone. If it throws, the
+    /// step is not done.
+    std::function<void(StepPicture&)> on_picture;
   };
 
   /// Trains until the last step, or until asked to stop.
@@ -131,9 +144,13 @@ class Trainer {
   void train_until(std::uint64_t last, const Callbacks& callbacks);
   /// One step with exchanges between ranks. False if it is not done.
   bool train_together(const BatchLayout& batch, const Callbacks& callbacks);
+  /// One step that shows its pictures to Callbacks::on_picture.
+  void train_shown(const BatchLayout& batch, const Callbacks& callbacks);
+  void show_pictures(const Callbacks& callbacks);
   bool asked_to_stop(const Callbacks& callbacks) const {
-    return soup_.partition->can_replay() ? callbacks.stop && *callbacks.stop
-                                         : soup_.partition->outcome() == SoupPartition::Outcome::stopped;
+    return soup_.partition->can_replay()
+               ? (callbacks.stop && *callbacks.stop) || (callbacks.interrupted && callbacks.interrupted())
+               : soup_.partition->outcome() == SoupPartition::Outcome::stopped;
   }
   StepInputs step_inputs() const;
   void change_topology();

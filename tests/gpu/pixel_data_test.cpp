@@ -1,4 +1,4 @@
-// Tests viewer/pixel_data.h with the pictures of the renderer.
+// Tests render/pixel_data.h with the pictures of the renderer.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -6,13 +6,13 @@
 #include "gpu/small_scene.h"
 #include "image/npy_file.h"
 #include "render/cameras.h"
+#include "render/pixel_data.h"
 #include "render/renderer.h"
 #include "train/quality/evaluate_renderer.h"
 #include "viewer/pick.h"
-#include "viewer/pixel_data.h"
 
 using namespace trisoup;
-using viewer::PixelData;
+using render::PixelData;
 
 namespace {
 
@@ -26,9 +26,9 @@ soup::Model moved_model(gpu::Device& gpu) {
   return model;
 }
 
-ValueMap decoded(PixelData kind, const std::vector<viewer::SurfacePoint>& points, const scene::Camera& camera,
+ValueMap decoded(PixelData kind, const std::vector<render::SurfacePoint>& points, const scene::Camera& camera,
                  const soup::Model& model) {
-  const std::string bytes = viewer::npy_of(kind, points, camera, model);
+  const std::string bytes = render::npy_of(kind, points, camera, model);
   return decode_npy(std::as_bytes(std::span(bytes)), "data");
 }
 
@@ -61,7 +61,7 @@ struct Drawn {
 TEST_CASE("a pixel's numbers are those of its ray's nearest intersection", "[renderer][pixel_data]") {
   const Drawn drawn;
   const auto& [model, camera, black, white, hits] = drawn;
-  const std::vector<viewer::SurfacePoint> points = viewer::surface_points(model, camera, hits);
+  const std::vector<render::SurfacePoint> points = render::surface_points(model, camera, hits);
   const ValueMap depth = decoded(PixelData::depth, points, camera, model),
                  ray_depth = decoded(PixelData::ray_depth, points, camera, model),
                  triangle = decoded(PixelData::triangle, points, camera, model);
@@ -98,10 +98,10 @@ TEST_CASE("barycentrics and normals belong to the vertices of the named triangle
   const Drawn drawn;
   const auto& [model, camera, black, white, hits] = drawn;
   const glm::dvec3 eye = camera.centre() / model.scale + model.centre;
-  const std::vector<viewer::SurfacePoint> points = viewer::surface_points(model, camera, hits);
+  const std::vector<render::SurfacePoint> points = render::surface_points(model, camera, hits);
   std::size_t off = 0, seen = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const viewer::SurfacePoint& p = points[i];
+    const render::SurfacePoint& p = points[i];
     if (p.triangle < 0) continue;
     ++seen;
     const glm::vec3* const corners = &model.vertices[3 * static_cast<std::size_t>(p.triangle)];
@@ -124,7 +124,7 @@ TEST_CASE("barycentrics and normals belong to the vertices of the named triangle
 
 TEST_CASE("a transparent picture gives both backgrounds back", "[renderer][pixel_data]") {
   const Drawn drawn;
-  const Image image = viewer::transparent(drawn.black, drawn.white);
+  const Image image = render::transparent(drawn.black, drawn.white);
   std::size_t whole = 0, none = 0, part = 0;
   int most = 0;
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) {

@@ -2,15 +2,19 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include <trisoup/trisoup.h>
 
 #include "base/read_file.h"
 #include "scene/scene.h"
+#include "soup/soup.h"
 #include "temporary_folder.h"
 #include "tiny_scene.h"
 
 using namespace trisoup;
+using Catch::Contains;
 
 TEST_CASE("training, renderings and model file of the library agree", "[api]") {
   const test::TemporaryFolder folder;
@@ -58,6 +62,180 @@ TEST_CASE("training, renderings and model file of the library agree", "[api]") {
   CHECK(mae == Approx(model.quality(device, dataset).mae).epsilon(1e-3));
 }
 
+namespace {
+
+/// A dataset of a tiny scene, as the test cases of this file train it.
+struct TinyDataset {
+  test::TemporaryFolder folder;
+  Dataset dataset = [this] {
+    test::write_tiny_scene(folder.path() / "scene", {});
+    return Dataset(folder.path() / "scene");
+  }();
+  Device device{"cpu"};
+  TrainingOptions options{.preset = "fast",
+                          .steps = 20,
+                          .triangles = 60,
+                          .set = {"refine_every=10", "init_count=120", "init_radius=0.2", "init_box=0.7"}};
+
+  std::vector<Photograph> photographs() const {
+    std::vector<Photograph> all;
+    for (const bool test : {false, true}) {
+      const std::vector<View> views = test ? dataset.test_views() : dataset.training_views();
+      for (std::size_t i = 0; i < views.size(); ++i) {
+        const PhotographPixels pixels = dataset.photograph(test, i);
+        all.push_back({views[i].name, views[i].camera, {pixels.rgba.begin(), pixels.rgba.end()}, {}, test});
+      }
+    }
+    return all;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("pixels of the library's renderings belong together", "[api]") {
+  TinyDataset tiny;
+  Training training(tiny.device, tiny.dataset, tiny.options);
+  training.run();
+  const Model model = training.model();
+  const Camera camera = resized(tiny.dataset.test_views().front().camera, 40, 30);
+  RenderOptions all{.alpha = true, .triangle = true, .barycentrics = true, .depth = true, .normal = true};
+  all.background = {0.25f, 0.5f, 0.75f};
+  const Rendering r = model.render(tiny.device, camera, all);
+  REQUIRE((r.colour.size() == 3600 && r.alpha.size() == 1200 && r.triangle.size() == 1200 &&
+           r.barycentrics.size() == 3600 && r.depth.size() == 1200 && r.normal.size() == 3600));
+  const std::span<const float> vertices = model.vertices();
+  std::size_t shown = 0;
+  for (std::size_t i = 0; i < 1200; ++i) {
+    const bool covered = r.triangle[i] >= 0;
+    REQUIRE((r.alpha[i] == (covered ? 1.0f : 0.0f) && std::isfinite(r.depth[i]) == covered));
+    if (!covered) {
+      CHECK((r.colour[3 * i] == 0.25f && r.colour[3 * i + 2] == 0.75f));
+      continue;
+    }
+    ++shown;
+    // The point of the barycentrics is as deep as `depth` says.
+    double depth = camera.world_to_camera[11];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        depth += camera.world_to_camera[8 + axis] * double(r.barycentrics[3 * i + corner]) *
+                 double(vertices[9 * std::size_t(r.triangle[i]) + 3 * corner + axis]);
+    CHECK(depth == Approx(r.depth[i]).epsilon(1e-4));
+  }
+  CHECK((shown > 50 && shown < 1200));
+  CHECK(model.render(tiny.device, camera, {.colour = false}).colour.empty());
+}
+
+TEST_CASE("the numbers of a model are complete", "[api]") {
+  TinyDataset tiny;
+  Training training(tiny.device, tiny.dataset, tiny.options);
+  training.run();
+  const Model model = training.model();
+  const std::size_t n = model.triangles();
+  REQUIRE((model.vertices().size() == 9 * n && model.faces().size() == 3 * n && model.texture_levels().size() == n));
+  std::size_t samples = 0;
+  for (std::size_t t = 0; t < n; ++t) {
+    REQUIRE(model.texture_offsets()[t] == samples);
+    samples += soup::samples_at(model.texture_levels()[t]);
+  }
+  REQUIRE((model.texels().size() == 8 * samples && model.features().size() == 8 * samples));
+  CHECK(model.features()[3] == float(model.texels()[3]) / 255.0f);
+  std::size_t parameters = 0;
+  for (const Layer& layer : model.mlp()) parameters += layer.weights.size() + layer.bias.size();
+  CHECK(parameters == soup::Mlp::kParameters);
+  CHECK(model.cameras().size() == tiny.dataset.training_views().size() + tiny.dataset.test_views().size());
+  CHECK_THAT(model.settings(), Contains("\"steps\":20"));
+  // Each view's quality, and their mean.
+  const Evaluation e = model.evaluate(tiny.device, tiny.dataset);
+  REQUIRE(e.views.size() == 2);
+  for (const Measure& measure : measures())
+    CHECK((e.views[0].quality.*measure.member + e.views[1].quality.*measure.member) / 2 ==
+          Approx(e.mean.*measure.member));
+  CHECK(model.evaluate(tiny.device, tiny.dataset, true).views.size() == 6);
+}
+
+TEST_CASE("photographs in memory give the dataset of their files", "[api]") {
+  TinyDataset tiny;
+  std::vector<Photograph> photographs = tiny.photographs();
+  const Dataset taken(photographs, {}, {.background = "white"});
+  REQUIRE((taken.training_views().size() == 6 && taken.test_views().size() == 2));
+  for (std::size_t i = 0; i < 16; ++i)
+    CHECK(taken.training_views()[3].camera.world_to_camera[i] ==
+          Approx(tiny.dataset.training_views()[3].camera.world_to_camera[i]).margin(1e-12));
+  // To files and back, with a mask and points.
+  photographs[1].mask.assign(24 * 24, 255);
+  photographs[1].mask[5] = 0;
+  const Dataset masked(photographs, {{0, 0.1, 0.2, 0.3, 0, 0}, {1, 2, 3, 4, 5, 6}});
+  masked.write_colmap(tiny.folder.path() / "colmap");
+  masked.write_transforms(tiny.folder.path() / "transforms");
+  for (const char* name : {"colmap", "transforms"}) {
+    const Dataset again(tiny.folder.path() / name);
+    CHECK(again.photograph(false, 1).rgba[4 * 5 + 3] == 0);
+    CHECK(again.points().positions.size() == 6);
+    CHECK(again.points().colours == masked.points().colours);
+    CHECK(again.test_views().size() == 2);
+  }
+  CHECK_THROWS_WITH(masked.write_colmap(tiny.folder.path() / "colmap"), Contains("not an empty folder"));
+  CHECK_THROWS_WITH(taken.photograph(true, 2), Contains("there is no view 2"));
+
+  const auto refused = [&](const auto& change) {
+    std::vector<Photograph> changed = tiny.photographs();
+    change(changed[0]);
+    return Dataset(changed);
+  };
+  CHECK_THROWS_WITH(refused([](Photograph& p) { p.rgba.pop_back(); }), Contains("r_0.png: is 24 x 24"));
+  CHECK_THROWS_WITH(refused([](Photograph& p) { p.mask = {0}; }), Contains("its mask has 1 values"));
+  CHECK_THROWS_WITH(refused([](Photograph& p) { p.name.clear(); }), Contains("has no name"));
+  CHECK_THROWS_WITH(refused([](Photograph& p) { p.camera.fx = NAN; }), Contains("focal lengths are nan"));
+  CHECK_THROWS_WITH(refused([](Photograph& p) { p.camera.cx = -1; }), Contains("principal point"));
+  CHECK_THROWS_WITH(refused([](Photograph& p) { p.camera.world_to_camera[0] = 3; }), Contains("not a rotation"));
+  CHECK_THROWS_WITH(Dataset(std::vector<Photograph>{}), Contains("there are none"));
+}
+
+TEST_CASE("a training shows its pictures, takes gradients and goes on from checkpoints", "[api]") {
+  TinyDataset tiny;
+  const auto trained = [&](const TrainingCallbacks& callbacks) {
+    Training training(tiny.device, tiny.dataset, tiny.options);
+    training.run(callbacks);
+    const Model model = training.model();
+    return std::vector(model.file().begin(), model.file().end());
+  };
+  int pictures = 0;
+  TrainingCallbacks looks;
+  looks.image_loss = [&](StepPicture& picture) {
+    ++pictures;
+    REQUIRE(picture.colour.size() == 3 * std::size_t(picture.width) * std::size_t(picture.height));
+    REQUIRE((picture.target.size() == picture.colour.size() && picture.gradient.size() == picture.colour.size()));
+  };
+  const auto plain = trained({});
+  CHECK(trained(looks) == plain);  // gradients of 0 change nothing
+  CHECK(pictures >= 40);
+  TrainingCallbacks pulls;
+  pulls.image_loss = [](StepPicture& picture) { picture.gradient.assign(picture.gradient.size(), 0.01f); };
+  CHECK(trained(pulls) != plain);
+  pulls.image_loss = [](StepPicture& picture) { picture.gradient[0] = NAN; };
+  CHECK_THROWS_WITH(trained(pulls), Contains("a gradient is not finite"));
+
+  Training training(tiny.device, tiny.dataset, tiny.options);
+  int asked = 0;
+  training.run({.interrupted = [&] { return ++asked > 0; }});
+  CHECK((training.step() == 0 && asked == 1));
+  training.run([](const TrainingProgress& p) { return p.step < 10; }, 10);
+  training.write_checkpoint(tiny.folder.path() / "checkpoint");
+  Training resumed = Training::resume(tiny.device, tiny.dataset, tiny.folder.path() / "checkpoint");
+  CHECK(resumed.step() == 10);
+  resumed.run();
+  const Model model = resumed.model();
+  CHECK(std::vector(model.file().begin(), model.file().end()) == plain);
+
+  TrainingOptions given{.preset = "fast", .steps = 5};
+  given.start_vertices = {0, 0, 0, 0.2, 0, 0, 0, 0.2, 0};
+  given.start_colours = std::vector<float>(9, 0.25f);
+  CHECK(Training(tiny.device, tiny.dataset, given).triangles() == 1);
+  given.start_colours.pop_back();
+  CHECK_THROWS_WITH(Training(tiny.device, tiny.dataset, given), Contains("8 colour values"));
+  CHECK_THROWS_WITH(Training(tiny.device, tiny.dataset, {.set = {"target_psnr=30"}}), Contains("soup-simplify"));
+}
+
 TEST_CASE("a dataset says what it left out", "[api]") {
   const test::TemporaryFolder folder;
   test::write_tiny_scene(folder.path() / "scene", {});
@@ -65,11 +243,10 @@ TEST_CASE("a dataset says what it left out", "[api]") {
   std::filesystem::resize_file(folder.path() / "scene/train/r_1.png", 100);
   const Dataset dataset(folder.path() / "scene");
   REQUIRE(dataset.warnings().size() == 1);
-  CHECK_THAT(dataset.warnings()[0], Catch::Contains("left out 1 photograph: ") && Catch::Contains("r_1.png"));
+  CHECK_THAT(dataset.warnings()[0], Contains("left out 1 photograph: ") && Contains("r_1.png"));
 }
 
 TEST_CASE("the library reports invalid input in one line", "[api]") {
-  using Catch::Contains;
   const test::TemporaryFolder folder;
   test::write_tiny_scene(folder.path() / "scene", {});
   const Dataset dataset(folder.path() / "scene");

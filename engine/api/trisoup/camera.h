@@ -15,10 +15,18 @@ struct Camera {
                                          0, 1, 0, 0, 0, 0, 1};  // rigid, row by row; maps column vectors (x, y, z, 1)
 };
 
+/// Returns the camera at `eye` that looks at `target`, with square pixels and centred principal point. fov: vertical,
+/// degrees. Throws if `up` is parallel to the viewing direction or a value is not valid.
+Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target, const std::array<double, 3>& up,
+               double fov, int width, int height);
+/// Returns the camera for an image of another size that shows the same. Throws if a size is not positive.
+Camera resized(const Camera& camera, int width, int height);
+
 /// The undistorted camera of a photograph. `name` is the photograph's path relative to the dataset.
 struct View {
   std::string name;
   Camera camera;
+  bool test = false;  // held out of the training
 };
 
 }  // namespace trisoup

@@ -1,28 +1,38 @@
 // A trained triangle soup, stored as model.glb.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "trisoup/camera.h"
 #include "trisoup/dataset.h"
 #include "trisoup/device.h"
 #include "trisoup/picture.h"
+#include "trisoup/quality.h"
 
 namespace trisoup {
 
-/// Mean values over the test views.
-struct Quality {
-  double psnr = 0;  // dB
-  double ssim = 0;
-  double mae = 0;
-  std::optional<double> ms_ssim;  // if a view has sides of 161 pixels or more
-  std::optional<double> flip;     // at 67 pixels per degree
+/// A layer of the MLP: y = activation(weights x + bias).
+struct Layer {
+  int inputs = 0, outputs = 0;
+  std::span<const float> weights;  // [outputs][inputs]
+  std::span<const float> bias;     // [outputs]
 };
 
-/// Copies share the same model.
+/// What Model::render() computes.
+struct RenderOptions {
+  bool colour = true, alpha = false, triangle = false, barycentrics = false, depth = false, normal = false;
+  std::optional<std::array<float, 3>> background{};  // 0 to 1; nothing: the model's
+};
+
+/// Copies share the same model. Spans are valid as long as a copy exists.
 class Model {
  public:
   /// Reads a model that write() or a trisoup program wrote. Throws if the file has another format or is damaged.
@@ -32,12 +42,35 @@ class Model {
   void write(const std::filesystem::path& path) const;
 
   std::size_t triangles() const;
-  std::size_t bytes() const;  // size of the file
+  std::size_t bytes() const;                    // size of the file
+  std::span<const std::byte> file() const;      // what write() writes
+  std::span<const float> vertices() const;      // [triangles][3][3], the dataset's coordinates minus origin()
+  std::span<const std::int32_t> faces() const;  // [triangles][3]: 0, 1, 2, 3, ...; triangles share no vertices
+  std::array<double, 3> origin() const;         // not 0 if the dataset's coordinates are too large for floats
+  std::array<double, 3> centre() const;         // normalised = scale() (dataset - centre())
+  double scale() const;
+  std::array<float, 3> background() const;  // 0 to 1
+  /// Texture table: where each triangle's lattice begins in texels(), and its level R. A lattice has the points (x, y)
+  /// with x + y <= 2^R, row by row: 3, 6, 15, 45, 153 or 561. [triangles]
+  std::span<const std::uint32_t> texture_offsets() const;
+  std::span<const std::uint32_t> texture_levels() const;
+  /// [samples][8]: base red, green and blue, weight of the MLP's residual, three latent values, opacity; 255 is 1.
+  std::span<const std::uint8_t> texels() const;
+  /// texels() / 255, as renderers see them. [samples][8]
+  std::span<const float> features() const;
+  std::vector<Layer> mlp() const;             // three layers, 16 -> 16 -> 16 -> 3
+  std::vector<View> cameras() const;          // of the dataset, test views first; empty if the file has none
+  std::string settings() const;               // of the training, JSON; "null" if the file has none
+  std::array<double, 2> clip_planes() const;  // near and far, the dataset's units
 
-  /// Renders with the training kernels. camera: in the coordinates of the dataset the model was trained on.
+  /// Renders with the training kernels. camera: in the coordinates of the dataset the model was trained on. The model
+  /// stays on the device for later calls. Throws if the camera is not valid or memory runs out.
   Picture render(Device& device, const Camera& camera) const;
+  Rendering render(Device& device, const Camera& camera, const RenderOptions& options) const;
   /// Measures the model on the dataset's test views. Throws if there are none.
   Quality quality(Device& device, const Dataset& dataset) const;
+  /// The same for each view. training: on the training views instead.
+  Evaluation evaluate(Device& device, const Dataset& dataset, bool training = false) const;
 
   struct Impl;
   explicit Model(std::shared_ptr<const Impl> impl);

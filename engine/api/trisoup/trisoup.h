@@ -8,5 +8,7 @@
 #include "trisoup/device.h"
 #include "trisoup/model.h"
 #include "trisoup/picture.h"
+#include "trisoup/quality.h"
+#include "trisoup/settings.h"
 #include "trisoup/training.h"
 #include "trisoup/version.h"

@@ -330,6 +330,7 @@ void Step::train(const StepInputs& inputs) {
   end_kernel();
   loss(inputs);
   end_kernel();
+  if (inputs.after_loss) (*inputs.after_loss)();
   backward(inputs);
   end_kernel();
   update(inputs);

@@ -59,6 +59,7 @@ struct StepInputs {
   bool listed = false;      // reuses the tile lists of the last rendering of this batch, unless it has several bands
   gpu::Address first = 0;   // [pixels] Hit of another rendering of the batch, for Layer::behind
   gpu::Address hidden = 0;  // [T] triangles with bit 0 set are not rendered; address 0: all are rendered
+  const std::function<void()>* after_loss = nullptr;  // called between loss() and backward(); null: nothing
   StepProbes probes;
 };
 

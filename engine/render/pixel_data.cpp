@@ -1,4 +1,4 @@
-#include "pixel_data.h"
+#include "render/pixel_data.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "image/npy_file.h"
 
-namespace trisoup::viewer {
+namespace trisoup::render {
 namespace {
 
 /// Numbers of the vertices' weights where a ray meets a triangle's plane, moved into the triangle.
@@ -23,22 +23,22 @@ std::array<double, 3> weights_at(std::span<const glm::vec3> corners, const glm::
   return {b0, b1, 1.0 - b0 - b1};
 }
 
-std::vector<float> floats_of(PixelData kind, std::span<const SurfacePoint> points, const scene::Camera& camera,
-                             double scale) {
+}  // namespace
+
+std::vector<float> values_of(PixelData kind, std::span<const SurfacePoint> points, const scene::Camera& camera,
+                             const soup::Model& model) {
   const glm::dvec3 eye = camera.centre(), ahead = camera.forward();
   std::vector<float> values;
   for (const SurfacePoint& p : points) {
     if (kind == PixelData::barycentrics) values.insert(values.end(), p.barycentrics.begin(), p.barycentrics.end());
     if (kind == PixelData::normal) values.insert(values.end(), {p.normal.x, p.normal.y, p.normal.z});
     if (kind != PixelData::depth && kind != PixelData::ray_depth) continue;
-    const glm::dvec3 way = (p.position - eye) / scale;
+    const glm::dvec3 way = (p.position - eye) / model.scale;
     const double depth = kind == PixelData::depth ? glm::dot(way, ahead) : glm::length(way);
     values.push_back(p.triangle < 0 ? std::numeric_limits<float>::infinity() : static_cast<float>(depth));
   }
   return values;
 }
-
-}  // namespace
 
 std::optional<PixelData> pixel_data_from(std::string_view name) {
   for (std::size_t i = 0; i < kPixelDataNames.size(); ++i)
@@ -82,7 +82,7 @@ std::string npy_of(PixelData kind, std::span<const SurfacePoint> points, const s
     return encode_npy(triangles, shape);
   }
   if (kind == PixelData::barycentrics || kind == PixelData::normal) shape.push_back(3);
-  return encode_npy(floats_of(kind, points, camera, model.scale), shape);
+  return encode_npy(values_of(kind, points, camera, model), shape);
 }
 
 std::string npy_of_alpha(const Image& image) {
@@ -106,4 +106,4 @@ Image transparent(const Image& over_black, const Image& over_white) {
   return image;
 }
 
-}  // namespace trisoup::viewer
+}  // namespace trisoup::render

@@ -13,7 +13,7 @@
 #include "scene/camera.h"
 #include "soup/soup.h"
 
-namespace trisoup::viewer {
+namespace trisoup::render {
 
 /// Kinds of numbers.
 enum class PixelData { depth, ray_depth, triangle, barycentrics, normal, alpha };
@@ -35,6 +35,11 @@ struct SurfacePoint {
 std::vector<SurfacePoint> surface_points(const soup::Model& model, const scene::Camera& camera,
                                          std::span<const std::uint32_t> hits);
 
+/// Returns numbers of one kind, [height][width] or [height][width][3], as npy_of() writes them. Only for depth,
+/// ray_depth, barycentrics and normal.
+std::vector<float> values_of(PixelData kind, std::span<const SurfacePoint> points, const scene::Camera& camera,
+                             const soup::Model& model);
+
 /// Encodes one kind as a .npy file. depth: float32 [height, width], along the viewing axis; ray_depth: the same, from
 /// the eye; both in units of the dataset, infinite where nothing is visible. triangle: int32 [height, width], from 0,
 /// -1 for nothing. barycentrics, normal: float32 [height, width, 3], 0 for nothing; normals have the dataset's axes.
@@ -48,4 +53,4 @@ std::string npy_of_alpha(const Image& image);
 /// Returns a picture with straight alpha. over_black, over_white: the same picture before both backgrounds.
 Image transparent(const Image& over_black, const Image& over_white);
 
-}  // namespace trisoup::viewer
+}  // namespace trisoup::render

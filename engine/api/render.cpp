@@ -1,0 +1,78 @@
+// Renderings of a model.
+#include <algorithm>
+#include <span>
+
+#include "api/impl.h"
+#include "base/error.h"
+#include "render/pixel_data.h"
+#include "train/step/forward_pass.h"
+
+namespace trisoup {
+namespace {
+
+/// The model on that device: as an earlier call left it, or newly loaded. The caller has locked the device. Those on
+/// other devices stay: removing one would have to wait for its device.
+std::shared_ptr<OnDevice> on_device(const Model::Impl& impl, const Device& device) {
+  const std::lock_guard lock(impl.guard);
+  for (const std::shared_ptr<OnDevice>& loaded : impl.on_devices)
+    if (loaded->device.impl() == device.impl()) return loaded;
+  return impl.on_devices.emplace_back(std::make_shared<OnDevice>(device, impl.model));
+}
+
+void take_hits(Rendering& rendering, const std::vector<kernels::Hit>& hits, const RenderOptions& options,
+               const soup::Model& model, const scene::Camera& camera) {
+  if (options.alpha)
+    for (const kernels::Hit& hit : hits) rendering.alpha.push_back(hit.triangle > 0 ? 1.0f : 0.0f);
+  if (options.triangle)
+    for (const kernels::Hit& hit : hits) rendering.triangle.push_back(static_cast<std::int32_t>(hit.triangle) - 1);
+  if (!options.barycentrics && !options.depth && !options.normal) return;
+  std::vector<std::uint32_t> triangles;
+  triangles.reserve(hits.size());
+  for (const kernels::Hit& hit : hits) triangles.push_back(hit.triangle);
+  const std::vector<render::SurfacePoint> points = render::surface_points(model, camera, triangles);
+  const auto values = [&](render::PixelData kind) { return render::values_of(kind, points, camera, model); };
+  if (options.barycentrics) rendering.barycentrics = values(render::PixelData::barycentrics);
+  if (options.depth) rendering.depth = values(render::PixelData::depth);
+  if (options.normal) rendering.normal = values(render::PixelData::normal);
+}
+
+}  // namespace
+
+Picture Model::render(Device& device, const Camera& camera) const {
+  Rendering rendering = render(device, camera, RenderOptions{});
+  return {rendering.width, rendering.height, std::move(rendering.colour)};
+}
+
+Rendering Model::render(Device& device, const Camera& camera, const RenderOptions& options) const {
+  const soup::Model& model = impl_->model;
+  const scene::Camera seen = scene::normalised(scene_camera(camera), scene::Normalisation{model.centre, model.scale});
+  const DeviceLock lock(device);
+  const std::shared_ptr<OnDevice> loaded = on_device(*impl_, device);
+  gpu::Device& gpu = lock.gpu();
+  train::BatchBuffers& buffers = loaded->loaded->buffers;
+  const train::BatchView view = train::batch_view(seen, impl_->near, impl_->far);
+  train::StepInputs inputs;
+  inputs.background = model.background;
+  if (options.background) {
+    const std::array<float, 3>& b = *options.background;
+    if (!std::all_of(b.begin(), b.end(), [](float v) { return v >= 0 && v <= 1; }))
+      throw Error("background: ({}, {}, {}); give values from 0 to 1", b[0], b[1], b[2]);
+    inputs.background = {b[0], b[1], b[2]};
+  }
+  Rendering rendering;
+  rendering.width = camera.width;
+  rendering.height = camera.height;
+  const std::size_t pixels = std::size_t(camera.width) * std::size_t(camera.height);
+  std::vector<kernels::Hit> hits;
+  train::for_each_batch(
+      gpu, loaded->loaded->soup, buffers, std::span(&view, 1), options.colour, inputs, 1,
+      [&](std::size_t, std::size_t) {
+        if (options.colour) rendering.colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
+        if (options.alpha || options.triangle || options.barycentrics || options.depth || options.normal)
+          hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
+      });
+  take_hits(rendering, hits, options, model, seen);
+  return rendering;
+}
+
+}  // namespace trisoup

@@ -1,0 +1,59 @@
+// The Python module. It converts arguments and results; everything else is done by the library (engine/api/trisoup).
+#include <pybind11/stl.h>
+
+#include <stdexcept>
+
+#include "bindings.h"
+
+namespace trisoup::python {
+
+py::object parsed(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
+
+namespace {
+
+void bind_settings(py::module_& module) {
+  py::class_<SettingInfo>(module, "SettingInfo", "A setting of trainings, a row of docs/settings.md.")
+      .def_readonly("name", &SettingInfo::name, "Key for Training(settings={...}).")
+      .def_readonly("group", &SettingInfo::group, "Related settings have the same group.")
+      .def_readonly("help", &SettingInfo::help, "Meaning and unit.")
+      .def_readonly("values", &SettingInfo::values, "Allowed values.")
+      .def_readonly("initial", &SettingInfo::initial, "Default values by preset.")
+      .def("__repr__", [](const SettingInfo& s) { return s.name + " [" + s.initial + "]: " + s.help; });
+  module.def("settings", &settings, "All settings of trainings, as a list of SettingInfo.");
+}
+
+/// Errors of the library are std::runtime_error with one line.
+void bind_errors(py::module_& module) {
+  static py::handle error;
+  error = PyErr_NewExceptionWithDoc(
+      "trisoup.Error", "Bad input or environment. The message is one line: where, what is wrong and what to do.",
+      PyExc_RuntimeError, nullptr);
+  if (!error) throw py::error_already_set();
+  module.attr("Error") = error;
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      std::rethrow_exception(pointer);
+    } catch (const py::builtin_exception&) {
+      throw;  // ValueError and the like
+    } catch (const std::runtime_error& e) {
+      PyErr_SetString(error.ptr(), e.what());
+    }
+  });
+}
+
+}  // namespace
+}  // namespace trisoup::python
+
+PYBIND11_MODULE(_trisoup, module) {
+  using namespace trisoup::python;
+  module.doc() = "Photographs to a few thousand textured triangles: datasets, training, rendering, measuring.";
+  module.attr("__version__") = trisoup::version;
+  bind_errors(module);
+  bind_camera(module);
+  bind_device(module);
+  bind_settings(module);
+  bind_dataset(module);
+  bind_quality(module);
+  bind_model(module);
+  bind_training(module);
+}
