@@ -27,7 +27,7 @@ constexpr Measure kMeasures[] = {
 std::span<const Measure> measures() { return kMeasures; }
 
 Evaluation public_evaluation(const train::Evaluation& e) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const auto quality = [](const train::ImageMetrics& m) {
     return Quality{m.psnr, m.ssim, m.mae, m.uncovered, m.ms_ssim.value_or(kNone), m.flip.value_or(kNone)};
   };
