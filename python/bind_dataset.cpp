@@ -124,8 +124,8 @@ void bind_view(py::module_& module) {
           "dataset's memory. None for cameras of models.")
       .def_property_readonly(
           "mask", [](const PyView& v) { return channels_of(v, 3, 1); },
-          "(height, width) uint8: 255 where the pixel is in loss and metrics, else 0; a read-only "
-          "view. None for cameras of models.")
+          "(height, width) uint8: 0 where the pixel is not in loss and metrics, else 128 + 127 times its "
+          "coverage; a read-only view. None for cameras of models.")
       .def("__repr__", [](const PyView& v) {
         return fmt::format("View({}, {} x {})", v.view.name, v.view.camera.width, v.view.camera.height);
       });
@@ -148,8 +148,8 @@ void bind_dataset(py::module_& module) {
            R"(Loads a folder or file in Blender, instant-ngp, nerfstudio, COLMAP, Metashape or RealityScan form.
 
 resolution: factor by which image sides are divided. test_every: every K-th view is a test view if the dataset has no
-split; 0: none. background: 'auto', 'white' or 'black'. alpha: 'composite' or 'mask'. outside: photographs may lie
-outside of the folder. Raises Error if files are missing or damaged.)")
+split; 0: none. background: 'auto', 'white', 'grey' or 'black'. alpha: 'composite' or 'mask'. outside: photographs may
+lie outside of the folder. Raises Error if files are missing or damaged.)")
       .def_static(
           "from_arrays",
           [](const py::sequence& images, const py::sequence& cameras, const py::object& masks, const py::object& names,

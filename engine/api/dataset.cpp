@@ -24,12 +24,9 @@ scene::LoadOptions load_options(const DatasetOptions& options) {
     load.alpha = scene::AlphaUse::mask;
   else if (options.alpha != "composite")
     throw Error("alpha: there is no '{}'; give composite or mask", printable(options.alpha));
-  if (options.background == "white")
-    load.background = scene::BackgroundChoice::white;
-  else if (options.background == "black")
-    load.background = scene::BackgroundChoice::black;
-  else if (options.background != "auto")
-    throw Error("background: there is no '{}'; give auto, white or black", printable(options.background));
+  load.background = scene::background_named(options.background);
+  if (scene::name_of(load.background) != options.background)
+    throw Error("background: there is no '{}'; give auto, white, grey or black", printable(options.background));
   return load;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <trisoup/trisoup.h>
@@ -147,9 +148,13 @@ TEST_CASE("the numbers of a model are complete", "[api]") {
   // Each view's quality, and their mean.
   const Evaluation e = model.evaluate(tiny.device, tiny.dataset);
   REQUIRE(e.views.size() == 2);
-  for (const Measure& measure : measures())
-    CHECK((e.views[0].quality.*measure.member + e.views[1].quality.*measure.member) / 2 ==
-          Approx(e.mean.*measure.member));
+  for (const Measure& measure : measures()) {
+    const double mean = (e.views[0].quality.*measure.member + e.views[1].quality.*measure.member) / 2;
+    if (std::string(measure.name) == "ms_ssim")
+      CHECK((std::isnan(mean) && std::isnan(e.mean.ms_ssim)));  // the pictures are too small
+    else
+      CHECK(mean == Approx(e.mean.*measure.member));
+  }
   CHECK(model.evaluate(tiny.device, tiny.dataset, true).views.size() == 6);
 }
 

@@ -66,7 +66,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.triangles == 15'000);
       CHECK(s.level_max == 5);
       CHECK(s.samples_per_pixel == 1);
-      CHECK((s.pixel_jitter == 0.25 && s.random_background == 0.5));
+      CHECK((s.pixel_jitter == 0.25 && s.random_background == 0.2));
       CHECK(s.exposure == !synthetic);
       CHECK_FALSE(s.published);
       CHECK((s.lr_end == 0.1 && s.lr_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6 && s.knee == 0.2));

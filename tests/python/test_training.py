@@ -120,10 +120,12 @@ class ImageLoss(SceneTest):
             if target.shape == images[view].shape:  # sampled up to a quarter of a pixel off
                 self.assertLess(np.abs(target - images[view] / 255).mean(), 0.1)
 
-        training = self.train(20)
+        training = self.train(20, settings=TINY | {"random_background": 0})
         training.run(image_loss=look)
         self.assertTrue(set(names) <= set(images) and len(names) >= 40, names)
-        self.assertEqual(bytes(training.model()), bytes(self.model(20)))
+        without = self.train(20, settings=TINY | {"random_background": 0})
+        without.run()
+        self.assertEqual(bytes(training.model()), bytes(without.model()))
 
     def test_a_further_loss_decides(self) -> None:
         """A loss that wants red makes pictures red."""
@@ -184,8 +186,8 @@ class Arrays(SceneTest):
         image = scene.train[0].image
         self.assertEqual(bits(image[: height // 2]), bits(view.image[: height // 2]))
         self.assertTrue((image[height // 2:] == 255).all())  # white, because there is alpha
-        self.assertTrue((scene.train[0].mask[:, 0] == 0).all() and (scene.train[0].mask[:, 1:] == 255).all())
-        self.assertTrue((scene.train[1].mask == 255).all())
+        self.assertTrue((scene.train[0].mask[:, 0] == 0).all() and (scene.train[0].mask[:, 1:] >= 128).all())
+        self.assertTrue((scene.train[1].mask >= 128).all())
         masked = trisoup.Dataset.from_arrays([rgba] * 3, cameras, alpha="mask", test_every=0)
         self.assertEqual(bits(masked.train[0].mask), bits(alpha[:, :, 0]))
 

@@ -15,7 +15,7 @@ namespace trisoup {
 struct DatasetOptions {
   double resolution = 1;            // photographs are downscaled by this factor, 1 or more
   int test_every = 8;               // without a test split, every K-th view in name order is a test view; 0: none
-  std::string background = "auto";  // "white", "black" or "auto": white if photographs have alpha, else black
+  std::string background = "auto";  // "white", "grey", "black", "auto": white if photographs have alpha, else black
   std::string alpha = "composite";  // "composite" on the background, or "mask": pixels below 0.5 are not in the loss
   bool invert_masks = false;        // masks exclude other values than 0, instead of 0
   bool outside = false;             // photographs, masks and points may lie outside of the dataset's folder

@@ -100,7 +100,7 @@ constexpr Setting kTable[] = {
      "largest distance of samples from pixel centres, pixels along each axis", {.usual = 0.25, .published = 0}},
     {"Steps", "random_background", &S::random_background, experiment, kShare,
      "share of the views that steps see on a random background instead of `background`, if photographs have alpha",
-     {.usual = 0.5, .published = 0}},
+     {.usual = 0.2, .published = 0}},
     {"Steps", "small_share", &S::small_share, experiment, kShare,
      "first share of the steps, which trains on pictures with half the sides, as the coarse part does",
      {.usual = 0, .note = "from a surface 0.75 if photographs are large"}},
