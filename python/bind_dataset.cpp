@@ -157,9 +157,10 @@ lie outside of the folder. Raises Error if files are missing or damaged.)")
              const std::string& background, const std::string& alpha) {
             const std::vector<Photograph> photographs = photographs_from(images, cameras, masks, names, test);
             const PointSet set = points_from(points, colours);
+            const bool given = !test.is_none();  // which views are test views
             const py::gil_scoped_release release;
             return make_owned<Dataset>(photographs, set,
-                                       dataset_options(1, test_every, background, alpha, false, false));
+                                       dataset_options(1, given ? 0 : test_every, background, alpha, false, false));
           },
           py::arg("images"), py::arg("cameras"), py::kw_only(), py::arg("masks") = py::none(),
           py::arg("names") = py::none(), py::arg("test") = py::none(), py::arg("points") = py::none(),

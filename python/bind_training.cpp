@@ -1,7 +1,9 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <chrono>
 #include <exception>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -51,11 +53,23 @@ TrainingOptions training_options(const std::string& preset, const py::object& st
   return options;
 }
 
+/// Threads that ask for the GIL while Python ends are ended, which C++ answers by ending the process with an error.
+/// They wait instead, for the end of the process.
+void wait_if_python_ends() {
+#if PY_VERSION_HEX >= 0x030D0000
+  const bool ends = Py_IsFinalizing() != 0;
+#else
+  const bool ends = _Py_IsFinalizing() != 0;
+#endif
+  while (ends) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
 std::function<void(StepPicture&)> image_loss_from(const py::object& function) {
   if (function.is_none()) return {};
   if (!py::isinstance<py::function>(function) && !py::hasattr(function, "__call__"))
     throw py::type_error("image_loss: give a function of picture, target and view");
   return [function](StepPicture& picture) {
+    wait_if_python_ends();
     const py::gil_scoped_acquire acquire;
     const std::vector<py::ssize_t> shape{picture.height, picture.width, 3};
     const py::object gradient =
@@ -68,6 +82,7 @@ std::function<void(StepPicture&)> image_loss_from(const py::object& function) {
 void run(Training& training, TrainingCallbacks callbacks) {
   std::exception_ptr raised;
   callbacks.interrupted = [&] {
+    wait_if_python_ends();
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() == 0) return false;
     raised = std::make_exception_ptr(py::error_already_set());
@@ -112,6 +127,7 @@ void run_to_the_end(Training& training, const py::object& on_progress, std::uint
   callbacks.image_loss = image_loss_from(image_loss);
   if (!on_progress.is_none())
     callbacks.on_progress = [on_progress](const TrainingProgress& p) {
+      wait_if_python_ends();
       const py::gil_scoped_acquire acquire;
       const py::object answer = on_progress(Progress{p});
       return !(py::isinstance<py::bool_>(answer) && !answer.cast<bool>());

@@ -1,6 +1,7 @@
 // The Python module. It converts arguments and results; everything else is done by the library (engine/api/trisoup).
 #include <pybind11/stl.h>
 
+#include <cstring>
 #include <stdexcept>
 
 #include "bindings.h"
@@ -36,7 +37,10 @@ void bind_errors(py::module_& module) {
     } catch (const py::builtin_exception&) {
       throw;  // ValueError and the like
     } catch (const std::runtime_error& e) {
-      PyErr_SetString(error.ptr(), e.what());
+      // Names of files may be no UTF-8.
+      const py::object text = py::reinterpret_steal<py::object>(
+          PyUnicode_DecodeUTF8(e.what(), Py_ssize_t(std::strlen(e.what())), "replace"));
+      PyErr_SetObject(error.ptr(), text.ptr());
     }
   });
 }

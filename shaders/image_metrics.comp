@@ -48,10 +48,13 @@ FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, ui
 }
 
 /// Whether the photograph shows the background colour, so that no triangle is needed.
-FN bool is_background(TAKES_ARGUMENTS uint rgba) {
+FN bool is_background(TAKES_ARGUMENTS uint view, uint rgba) {
   const float same = 8.0f;
+  const uint own = a.views.v[view].background;
+  const vec3 background =
+      (own >> 24) != 0u ? photograph_colour(own) : vec3(a.background_r, a.background_g, a.background_b);
   const vec3 shown = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u));
-  const vec3 d = abs(shown - 255.0f * vec3(a.background_r, a.background_g, a.background_b));
+  const vec3 d = abs(shown - 255.0f * background);
   return max(d.x, max(d.y, d.z)) <= same;
 }
 
@@ -75,7 +78,7 @@ KERNEL_MAIN(64) {
       sum.y += error * error;
     }
     count.x += 1u;
-    if (a.hits.v[index].triangle == 0u && !is_background(GIVES_ARGUMENTS rgba)) count.y += 1u;
+    if (a.hits.v[index].triangle == 0u && !is_background(GIVES_ARGUMENTS view, rgba)) count.y += 1u;
   }
   uint windows = 0u;
   if (WINDOWS != 0u) sum.z = ssim_of_block(GIVES_ARGUMENTS corner, width, height, pixel_offset, thread, windows);

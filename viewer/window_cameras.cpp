@@ -26,12 +26,14 @@ scene::Camera Window::viewing_camera() const {
 }
 
 void Window::reset_view() {
+  playing_ = false;
   navigation_.reset();
   camera_ = start_camera_;
   rest_.moved(Clock::now());
 }
 
 void Window::go_to(std::size_t index) {
+  playing_ = false;
   camera_ = index;
   navigation_.fly_to(subject_->cameras[index].camera);
 }

@@ -133,6 +133,7 @@ class Window {
 
   // window_path.cpp: the camera path
   void open_path(const std::string& file);
+  void forget_path();  // it has the coordinates of another model
   void save_path();
   void add_key_frame();
   void go_to_key_frame(std::size_t key);

@@ -59,6 +59,7 @@ void Window::handle_key(int key, int modifiers) {
     chosen_.draw.mode = static_cast<render::Mode>(key - GLFW_KEY_1);
   switch (key) {
     case GLFW_KEY_F:
+      playing_ = false;
       navigation_.frame();
       break;
     case GLFW_KEY_R:
@@ -196,6 +197,7 @@ void Window::handle_input() {
   const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q),
                       down(GLFW_KEY_W) - down(GLFW_KEY_S));
   if (go == glm::dvec3(0.0) || !model_) return;
+  playing_ = false;
   navigation_.fly(step * go.x, step * go.y, step * go.z);
   rest_.moved(Clock::now());
 }

@@ -64,7 +64,10 @@ void Window::view_panel() {
     if (!subject_->cameras.empty()) camera_section();
     ImGui::Separator();
     lens_section();
-    if (ImGui::Button("Frame (F)")) navigation_.frame();
+    if (ImGui::Button("Frame (F)")) {
+      playing_ = false;
+      navigation_.frame();
+    }
     ImGui::SameLine();
     if (ImGui::Button("Reset (R)")) reset_view();
     ImGui::SameLine();

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include "base/atomic_file.h"
 #include "base/error.h"
@@ -36,13 +37,25 @@ void draw_line(const Line& line, ImU32 colour, float scale) {
 }  // namespace
 
 void Window::open_path(const std::string& file) {
-  camera_path_.open(read_path(*subject_, file));
+  const render::CameraPath path = read_path(*subject_, file);
+  camera_path_.open(path);
   chosen_.path = chosen_.panel = true;
   playing_ = false;
-  if (file.size() < path_file_.size()) std::strcpy(path_file_.data(), file.c_str());
-  replaced_ = file;
+  // A path with a rate is nerfstudio's, whose file has more than ours would keep.
+  const bool ours = !path.fps;
+  if (ours && file.size() < path_file_.size()) std::strcpy(path_file_.data(), file.c_str());
+  if (!ours) std::strcpy(path_file_.data(), "path.json");
+  replaced_ = ours ? file : "";
   tell(fmt::format("{}: {} key frames, {:.6g} seconds", file, camera_path_.keys().size(), camera_path_.seconds()));
   show_path_at(0);
+}
+
+void Window::forget_path() {
+  camera_path_ = {};
+  playing_ = false;
+  path_time_ = 0;
+  typed_time_.reset();
+  replaced_.clear();
 }
 
 void Window::save_path() {
@@ -148,7 +161,11 @@ void Window::key_frame_row(std::size_t key) {
   ImGui::SameLine();
   const bool gone = ImGui::SmallButton("Delete");
   ImGui::PopID();
-  if (entered && typed_time_) camera_path_.set_time(key, std::exchange(typed_time_, std::nullopt)->second);
+  if (entered && typed_time_) {
+    camera_path_.set_time(key, std::exchange(typed_time_, std::nullopt)->second);
+    ImGui::ClearActiveID();  // the click that ended typing may be on a button of a row that moved
+    return;
+  }
   if (set) camera_path_.replace(key, render::shot_of(viewing_camera()));
   if (down) camera_path_.exchange_with_next(key);
   if (gone) camera_path_.remove(key);

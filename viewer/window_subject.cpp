@@ -41,6 +41,7 @@ void Window::open_model(const std::string& path) {
   model_ = std::move(model);
   ++model_number_;
   subject_ = std::move(subject);
+  forget_path();
   camera_.reset();
   training_model_.reset();
   picture_->forget_photograph();
@@ -117,6 +118,7 @@ void Window::open_dataset(const std::string& path) {
 }
 
 void Window::snap_to(std::size_t index) {
+  playing_ = false;
   camera_ = index;
   navigation_.snap(subject_->cameras[index].camera);
 }

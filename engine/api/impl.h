@@ -86,6 +86,7 @@ struct Training::Impl {
   Dataset dataset;
   std::optional<train::Trainer> trainer;
   std::vector<std::string> warnings;
+  bool running = false, in_picture = false;  // in run(), in TrainingCallbacks::image_loss
 };
 
 /// Converts between cameras of the interface, in dataset coordinates, and of scenes.

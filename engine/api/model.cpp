@@ -144,8 +144,10 @@ Evaluation Model::evaluate(Device& device, const Dataset& dataset, bool training
   if (views.empty())
     throw Error("{}: no test views; load the dataset with a positive `test_every`", scene.path.string());
   const DeviceLock lock(device);
-  return public_evaluation(train::evaluate(lock.gpu(), impl_->model, scene, views, impl_->near, impl_->far, {}, nullptr,
-                                           {}, {.wanted = true}));
+  soup::Model model = impl_->model;
+  model.background = scene.background;
+  return public_evaluation(
+      train::evaluate(lock.gpu(), model, scene, views, impl_->near, impl_->far, {}, nullptr, {}, {.wanted = true}));
 }
 
 void Picture::write_png(const std::filesystem::path& path) const {

@@ -97,6 +97,18 @@ class Interruption {
   bool found_ = false;
 };
 
+/// Sets a flag for its lifetime.
+class Flag {
+ public:
+  explicit Flag(bool& flag) : flag_(flag) { flag_ = true; }
+  ~Flag() { flag_ = false; }
+  Flag(const Flag&) = delete;
+  Flag& operator=(const Flag&) = delete;
+
+ private:
+  bool& flag_;
+};
+
 /// The library has no rounds of simplification.
 void refuse_goals(const train::Settings& settings) {
   if (train::has_goal(settings) || settings.validation_views > 0)
@@ -161,6 +173,8 @@ void Training::run(const std::function<bool(const TrainingProgress&)>& on_progre
 
 void Training::run(const TrainingCallbacks& given) {
   const DeviceLock lock(impl_->device);
+  if (impl_->running) throw Error("this training is running; train on after its callback has returned");
+  const Flag running(impl_->running);
   train::Trainer& trainer = *impl_->trainer;
   std::atomic<bool> stop{false};
   Interruption interruption(given.interrupted);
@@ -179,7 +193,10 @@ void Training::run(const TrainingCallbacks& given) {
       StepPicture picture{p.view->name, p.width, p.height, std::move(p.colour), std::move(p.target), {}};
       picture.gradient.resize(3 * std::size_t(p.width) * std::size_t(p.height));
       const std::size_t values = picture.gradient.size();
-      given.image_loss(picture);
+      {
+        const Flag in_picture(impl_->in_picture);
+        given.image_loss(picture);
+      }
       if (picture.gradient.size() != values)
         throw Error("{}: the gradient has {} values, its picture {}; give one for each", picture.view,
                     picture.gradient.size(), values);
@@ -209,6 +226,7 @@ Evaluation Training::evaluate() const {
   if (scene.test.empty())
     throw Error("{}: no test views; load the dataset with a positive `test_every`", scene.path.string());
   const DeviceLock lock(impl_->device);
+  if (impl_->in_picture) throw Error("a step is not finished; measure after image_loss has returned");
   return public_evaluation(impl_->trainer->evaluate_float());
 }
 

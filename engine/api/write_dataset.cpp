@@ -44,7 +44,7 @@ Image colours_of(Image image) {
 /// The loss mask of a photograph as an opaque black and white picture.
 Image mask_of(Image image) {
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
-    std::fill_n(image.rgba.begin() + std::ptrdiff_t(i), 3, image.rgba[i + 3]);
+    std::fill_n(image.rgba.begin() + std::ptrdiff_t(i), 3, std::uint8_t(image.rgba[i + 3] >= 128 ? 255 : 0));
     image.rgba[i + 3] = 255;
   }
   return image;
@@ -52,7 +52,7 @@ Image mask_of(Image image) {
 
 bool excludes_pixels(const scene::View& view) {
   for (std::size_t i = 3; i < view.image.rgba.size(); i += 4)
-    if (view.image.rgba[i] != 255) return true;
+    if (view.image.rgba[i] < 128) return true;
   return false;
 }
 

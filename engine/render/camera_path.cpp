@@ -44,7 +44,7 @@ Shot shot_of(const scene::Camera& camera) {
   Shot shot;
   shot.eye = camera.centre();
   shot.turn = glm::normalize(glm::quat_cast(glm::dmat3(camera.world_to_camera)));
-  shot.height = camera.height / camera.fy;
+  shot.height = std::clamp(camera.height / camera.fy, 0.01746, 22.86);  // 2 tan of half a degree, of 85 degrees
   shot.aspect = std::clamp((camera.width / camera.fx) / shot.height, 0.1, 10.0);
   return shot;
 }

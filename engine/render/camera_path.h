@@ -42,7 +42,8 @@ Shot shot_at(std::span<const KeyShot> keys, double time);
 /// Returns the camera of a shot for an image size. Images narrower than the shot's show its width and more height.
 scene::Camera camera_of(const Shot& shot, int width, int height);
 
-/// Returns the shot of a camera, without the offset of its principal point. The aspect is 0.1 to 10, as files allow.
+/// Returns the shot of a camera, without the offset of its principal point. Its field of view is 1 to 170 degrees and
+/// its aspect 0.1 to 10, as files allow.
 Shot shot_of(const scene::Camera& camera);
 
 /// Returns the times of the pictures of a path: `fps` of them each second from 0, up to the end of the path or, if it

@@ -287,8 +287,8 @@ std::vector<bool> Trainer::backdrop() {
 
 Importance Trainer::importance() {
   const PartTimes::Scope scope(*times_, Part::importance);
-  return measure_importance(gpu_, soup_, buffers_, scene_.background, views_->sample(), given_exposures(),
-                            settings_.batch);
+  return measure_importance(gpu_, soup_, buffers_, scene_.background, views_->sample_on_random_backgrounds(),
+                            given_exposures(), settings_.batch);
 }
 
 void Trainer::go_back(const std::filesystem::path& path) {

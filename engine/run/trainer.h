@@ -93,7 +93,7 @@ class Trainer {
   bool finished() const { return step_ >= last_step(); }
   /// Settings::steps, and those of the rounds begun so far.
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
-  /// Of the triangles as they are now, in TrainingViews::sample().
+  /// Of the triangles as they are now, in TrainingViews::sample_on_random_backgrounds().
   Importance importance();
   /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For
   /// begin_round() with something to take away, which begins the optimiser anew. One rank only. Throws Error where the

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "gpu/small_scene.h"
+#include "train/quality/image_sums.h"
 
 using namespace trisoup;
 using test::SmallScene;
@@ -93,6 +94,27 @@ TEST_CASE("a view with its own background has the photograph and the rendering o
   for (std::uint32_t y = 0; y < kSide; ++y)
     if (hits[y * kSide].triangle == 0) CHECK(gradient[half + y * kSide].w == 0.0f);
   test::require_silence(*gpu);
+}
+
+TEST_CASE("where a photograph shows nothing, no triangle is missing on any background", "[background]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kSide = 24;
+  SmallScene s(*gpu, 3, {{0, 2}}, {test::view_from(0.4, kSide, kSide), test::view_from(0.4, kSide, kSide)});
+  s.inputs.background = glm::vec3(1.0f);
+  s.inputs.target = 0;
+  const std::vector<std::uint32_t> nothing(kSide * kSide, 0x80ffffffu);
+  gpu::Buffer buffer = gpu->allocate(nothing.size() * 4, "photograph");
+  gpu->upload(buffer.address(), nothing);
+  for (train::BatchView& view : s.views) view.photo = buffer.address();
+  s.views[1].background = 0xff203040u;
+  s.buffers.set_batch(s.views, s.soup.triangles, true);
+  s.step.begin(1, 0, 0, {});
+  s.step.visibility(train::Thresholds::half, s.inputs);
+  s.step.shade(s.inputs);
+  s.step.photographs(s.inputs);
+  const auto sums = train::sum_images(*gpu, s.buffers, s.inputs.background, train::Ssim::none);
+  REQUIRE(sums.size() == 2);
+  for (const train::ImageSums& view : sums) CHECK((view.pixels == kSide * kSide && view.uncovered == 0));
 }
 
 TEST_CASE("random backgrounds have every colour and the asked share", "[background]") {

@@ -32,7 +32,7 @@ class Messages(SceneTest):
         self.fails(trisoup.Error, "transforms_train.json", trisoup.Model.load,
                    self.folder / "scene/transforms_train.json")
         self.fails(trisoup.Error, "`test_every` 1", trisoup.Dataset, self.folder / "scene", test_every=1)
-        self.fails(trisoup.Error, "there is no 'grey'", trisoup.Dataset, self.folder / "scene", background="grey")
+        self.fails(trisoup.Error, "there is no 'green'", trisoup.Dataset, self.folder / "scene", background="green")
         self.fails(trisoup.Error, "test_every", self.model().evaluate,
                    trisoup.Dataset.from_arrays([v.image for v in self.scene.train],
                                                [v.camera for v in self.scene.train], test_every=0))

@@ -39,6 +39,16 @@ class Results(SceneTest):
         self.assertAlmostEqual(evaluation.mean.psnr, expected["psnr"], places=9)
         self.assertEqual(evaluation.rows()[0]["psnr"], evaluation.views[0].psnr)
 
+    def test_another_background(self) -> None:
+        """A model is measured on the background of the dataset, as by soup-eval --background."""
+        model = self.model(60)
+        file = self.save(model)
+        for background in ("grey", "black"):
+            scene = trisoup.Dataset(self.folder / "scene", background=background)
+            expected = metrics(run("soup-eval", file, self.folder / "scene", "--backend", "cpu",
+                                   "--background", background))
+            self.assertAlmostEqual(model.evaluate(scene, device=CPU).mean.psnr, expected["psnr"], places=9)
+
     def test_bundled_scene(self) -> None:
         """The five lines of the documentation, and bits on the scene of the repository."""
         run("soup-train", SOURCE / "assets/garden", "-o", self.folder / "garden", "--preset", "fast", "--steps", 4,

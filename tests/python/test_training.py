@@ -127,6 +127,15 @@ class ImageLoss(SceneTest):
         without.run()
         self.assertEqual(bytes(training.model()), bytes(without.model()))
 
+    def test_a_running_training_cannot_be_called(self) -> None:
+        for call in ("run", "evaluate"):
+            training = self.train(10)
+            with self.assertRaises(trisoup.Error):
+                training.run(image_loss=lambda picture, target, view: getattr(training, call)() and None)
+            self.assertEqual(training.step, 0)
+            training.run()
+            self.assertEqual(bytes(training.model()), bytes(self.model(10)), call)
+
     def test_a_further_loss_decides(self) -> None:
         """A loss that wants red makes pictures red."""
         red = np.float32([1, 0, 0])
@@ -188,6 +197,9 @@ class Arrays(SceneTest):
         self.assertTrue((image[height // 2:] == 255).all())  # white, because there is alpha
         self.assertTrue((scene.train[0].mask[:, 0] == 0).all() and (scene.train[0].mask[:, 1:] >= 128).all())
         self.assertTrue((scene.train[1].mask >= 128).all())
+        self.assertEqual(trisoup.Dataset.from_arrays([rgba] * 3, cameras, test=[False] * 3).test, [])
+        trisoup.Dataset.from_arrays([rgba] * 3, cameras, test_every=0).write_transforms(self.folder / "alpha")
+        self.assertFalse((self.folder / "alpha" / "masks").exists())
         masked = trisoup.Dataset.from_arrays([rgba] * 3, cameras, alpha="mask", test_every=0)
         self.assertEqual(bits(masked.train[0].mask), bits(alpha[:, :, 0]))
 

@@ -43,7 +43,7 @@ struct StepPicture {
   std::string view;           // name of the training view
   int width = 0, height = 0;  // smaller than the photograph in the steps that train on smaller pictures
   std::vector<float> colour;  // [height][width][3], in the exposure of the photograph
-  std::vector<float> target;  // [height][width][3], the photograph
+  std::vector<float> target;  // [height][width][3], the photograph on the background of the step
   /// [height][width][3], 0 at first: dL/dcolour of a further loss, which is added where pixels are in the loss. The
   /// trainer's own loss is a mean over all pixels of the step's views. Opacities learn from the latter only.
   std::vector<float> gradient;
@@ -74,6 +74,7 @@ class Training {
   /// steps. Call run() again to continue.
   void run(const std::function<bool(const TrainingProgress&)>& on_progress = {}, std::uint64_t every = 10);
   /// The same with all callbacks. Exceptions of callbacks pass through; the step of `image_loss` is then not done.
+  /// Throws if a callback calls it.
   void run(const TrainingCallbacks& callbacks);
   bool finished() const;
   std::uint64_t step() const;       // completed steps

@@ -89,9 +89,7 @@ std::uint8_t composite_all(std::vector<MemoryPhotograph>& photographs, const Loa
   std::vector<AlphaFound> found;
   for (const MemoryPhotograph& photograph : photographs) found.push_back(alpha_of(photograph.image));
   with_alpha = std::size_t(std::count(found.begin(), found.end(), AlphaFound::some));
-  const bool white = options.background == BackgroundChoice::white ||
-                     (options.background == BackgroundChoice::automatic && with_alpha > 0);
-  const std::uint8_t background = white ? 255 : 0;
+  const std::uint8_t background = grey_level(options.background, with_alpha > 0);
   for (std::size_t i = 0; i < photographs.size(); ++i)
     photographs[i].image = composite(developed(photographs[i], options, found[i]), background);
   return background;

@@ -103,10 +103,14 @@ std::vector<BatchView> TrainingViews::sample() const {
   constexpr std::size_t kMax = 64;
   std::vector<BatchView> chosen;
   const std::size_t count = std::min(kMax, full_.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    chosen.push_back(full_[i * full_.size() / count]);
-    chosen.back().background = random_background(settings_.seed, 0, chosen.back(), background_share_ > 0 ? 1 : 0);
-  }
+  for (std::size_t i = 0; i < count; ++i) chosen.push_back(full_[i * full_.size() / count]);
+  return chosen;
+}
+
+std::vector<BatchView> TrainingViews::sample_on_random_backgrounds() const {
+  std::vector<BatchView> chosen = sample();
+  for (BatchView& view : chosen)
+    view.background = random_background(settings_.seed, 0, view, background_share_ > 0 ? 1 : 0);
   return chosen;
 }
 

@@ -31,8 +31,10 @@ class TrainingViews {
   const std::vector<BatchView>& full() const { return full_; }
   /// All views at the size in which visible pixels are counted.
   const std::vector<BatchView>& half() const { return half_; }
-  /// Up to 64 views, spread evenly: enough to measure a soup. On random backgrounds if steps see any.
+  /// Up to 64 views, spread evenly: enough to measure a soup.
   std::vector<BatchView> sample() const;
+  /// The same, on random backgrounds if steps see any: triangles that only imitate the background are worth nothing.
+  std::vector<BatchView> sample_on_random_backgrounds() const;
 
   /// Whether a view has a depth map and the settings use it.
   bool has_depths() const { return !depths_.pools.empty(); }
