@@ -44,10 +44,19 @@ if(TRISOUP_PYTHON)
                         "apt-get install python3-dev python3-numpy pybind11-dev")
   endif()
   set(TRISOUP_PYTHON_INTERPRETER ${interpreter})
-  # Programs run as fast: functions of the library are still inlined and called directly.
-  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-  add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fno-semantic-interposition>)
   message(STATUS "Python: the module is built for ${interpreter}")
 else()
   message(STATUS "Python: no module; Python's headers, NumPy or pybind11 are missing, or TRISOUP_PYTHON is off")
 endif()
+
+# linked_into_python(TARGET...): compiles static libraries so that the module can contain them. Programs run as fast:
+# functions of the library are still inlined and called directly.
+function(linked_into_python)
+  if(NOT TRISOUP_PYTHON)
+    return()
+  endif()
+  foreach(target IN LISTS ARGN)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:C,CXX>:-fno-semantic-interposition>)
+  endforeach()
+endfunction()
