@@ -50,9 +50,8 @@ FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, ui
 /// Whether the photograph shows the background colour, so that no triangle is needed.
 FN bool is_background(TAKES_ARGUMENTS uint view, uint rgba) {
   const float same = 8.0f;
-  const uint own = a.views.v[view].background;
   const vec3 background =
-      (own >> 24) != 0u ? photograph_colour(own) : vec3(a.background_r, a.background_g, a.background_b);
+      background_of(a.views.v[view].background, vec3(a.background_r, a.background_g, a.background_b));
   const vec3 shown = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u));
   const vec3 d = abs(shown - 255.0f * background);
   return max(d.x, max(d.y, d.z)) <= same;

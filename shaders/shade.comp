@@ -17,9 +17,8 @@ CONSTANT(1, bool, COARSER, false);  // use textures without their finest level
 
 SHARED uint s_covered;
 
-FN vec3 background_of(TAKES_ARGUMENTS uint view) {
-  const uint own = a.views.v[view].background;
-  return (own >> 24) != 0u ? photograph_colour(own) : vec3(a.background_r, a.background_g, a.background_b);
+FN vec3 background_behind(TAKES_ARGUMENTS uint view) {
+  return background_of(a.views.v[view].background, vec3(a.background_r, a.background_g, a.background_b));
 }
 
 FN void write_colour(TAKES_ARGUMENTS uint index, vec3 colour) {
@@ -50,7 +49,7 @@ FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
       UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.inside[k])
-          write_colour(GIVES_ARGUMENTS p.index[k], background_of(GIVES_ARGUMENTS view));
+          write_colour(GIVES_ARGUMENTS p.index[k], background_behind(GIVES_ARGUMENTS view));
     }
   }
   return block;
@@ -76,7 +75,7 @@ KERNEL_MAIN(64) {
         UNROLL for (uint k = 0u; k < PIXELS; ++k) {
           const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k),
                               LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
-          vec3 colour = background_of(GIVES_ARGUMENTS view);
+          vec3 colour = background_behind(GIVES_ARGUMENTS view);
           if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)));
           if (p.inside[k]) write_colour(GIVES_ARGUMENTS p.index[k], colour);
           if (DEBUG && p.inside[k])

@@ -61,21 +61,23 @@ std::optional<std::size_t> Window::camera_at(const glm::dvec2& at) const {
                     4 * font_scale_);
 }
 
+void Window::draw_line(const Line& line, unsigned colour) const {
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const ImVec2 a(static_cast<float>(line[0].x), static_cast<float>(line[0].y)),
+      b(static_cast<float>(line[1].x), static_cast<float>(line[1].y));
+  list.AddLine(a, b, kShadow, 3 * font_scale_);
+  list.AddLine(a, b, colour, font_scale_);
+}
+
 void Window::draw_frustums() {
   const scene::Camera viewer = viewing_camera();
   const double length = kFrustumLength * navigation_.home().distance;
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const ImVec2 mouse = ImGui::GetIO().MousePos;
   const std::size_t none = subject_->cameras.size();
   const std::size_t under = ImGui::GetIO().WantCaptureMouse ? none : camera_at({mouse.x, mouse.y}).value_or(none);
   for (std::size_t i = 0; i < subject_->cameras.size(); ++i) {
     const ImU32 colour = under == i ? kMarked : subject_->cameras[i].test ? kTest : kTraining;
-    for (const Line& line : frustum_lines(subject_->cameras[i].camera, length, viewer)) {
-      const ImVec2 a(static_cast<float>(line[0].x), static_cast<float>(line[0].y)),
-          b(static_cast<float>(line[1].x), static_cast<float>(line[1].y));
-      list.AddLine(a, b, kShadow, 3 * font_scale_);
-      list.AddLine(a, b, colour, font_scale_);
-    }
+    for (const Line& line : frustum_lines(subject_->cameras[i].camera, length, viewer)) draw_line(line, colour);
   }
   if (under < none) ImGui::SetTooltip("%s", subject_->cameras[under].name.c_str());
 }

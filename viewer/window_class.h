@@ -17,6 +17,7 @@
 #include "command_line.h"
 #include "detail.h"
 #include "file_dialog.h"
+#include "frustums.h"
 #include "gpu/graphics.h"
 #include "interface_painter.h"
 #include "kernel_renderer.h"
@@ -127,6 +128,8 @@ class Window {
   void set_pivot(const glm::dvec2& at);
   std::optional<std::size_t> camera_at(const glm::dvec2& at) const;
   void show_cameras();
+  /// Draws over the picture. colour: of Dear ImGui.
+  void draw_line(const Line& line, unsigned colour) const;
   void draw_frustums();
   void thumbnail_strip();
   void thumbnail_of(std::size_t index, float height, bool marked);

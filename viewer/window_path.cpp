@@ -21,18 +21,9 @@
 namespace trisoup::viewer {
 namespace {
 
-constexpr ImU32 kPath = IM_COL32(120, 230, 90, 255), kSelectedKey = IM_COL32(255, 0, 200, 255),
-                kPathShadow = IM_COL32(0, 0, 0, 120);
+constexpr ImU32 kPath = IM_COL32(120, 230, 90, 255), kSelectedKey = IM_COL32(255, 0, 200, 255);
 constexpr double kKeyLength = 0.04;  // of a key frame's pyramid, as kFrustumLength
 constexpr int kMostDrawn = 2000;     // lines of the path
-
-void draw_line(const Line& line, ImU32 colour, float scale) {
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  const ImVec2 a(static_cast<float>(line[0].x), static_cast<float>(line[0].y)),
-      b(static_cast<float>(line[1].x), static_cast<float>(line[1].y));
-  list.AddLine(a, b, kPathShadow, 3 * scale);
-  list.AddLine(a, b, colour, scale);
-}
 
 }  // namespace
 
@@ -128,8 +119,7 @@ void Window::draw_path() {
   glm::dvec3 from = keys.front().shot.eye;
   for (int i = 1; i <= pieces && keys.size() > 1; ++i) {
     const glm::dvec3 to = render::shot_at(keys, keys[0].time + (seconds - keys[0].time) * i / pieces).eye;
-    if (const auto line = line_on_screen(from, to, 1e-3 * navigation_.home().distance, viewer))
-      draw_line(*line, kPath, font_scale_);
+    if (const auto line = line_on_screen(from, to, 1e-3 * navigation_.home().distance, viewer)) draw_line(*line, kPath);
     from = to;
   }
   const std::size_t step = std::max<std::size_t>(1, keys.size() / 200);
@@ -137,7 +127,7 @@ void Window::draw_path() {
     for (const Line& line :
          frustum_lines(render::camera_of(keys[i].shot, 1000, static_cast<int>(1000 / keys[i].shot.aspect)),
                        kKeyLength * navigation_.home().distance, viewer))
-      draw_line(line, camera_path_.selected() == i ? kSelectedKey : kPath, font_scale_);
+      draw_line(line, camera_path_.selected() == i ? kSelectedKey : kPath);
 }
 
 void Window::key_frame_row(std::size_t key) {

@@ -24,11 +24,16 @@ Camera public_camera(const scene::Camera& c, const scene::Normalisation& normali
   return camera;
 }
 
-scene::Camera scene_camera(const Camera& camera) {
+scene::Camera unchecked_camera(const Camera& camera) {
   scene::Camera c{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy};
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column)
       c.world_to_camera[column][row] = camera.world_to_camera[static_cast<std::size_t>(4 * row + column)];
+  return c;
+}
+
+scene::Camera scene_camera(const Camera& camera) {
+  const scene::Camera c = unchecked_camera(camera);
   constexpr double kMost = 1e9;
   if (c.width < 1 || c.height < 1 || std::uint64_t(c.width) * std::uint64_t(c.height) > train::kPassPixels * 64 ||
       !(c.fx > 0 && c.fx < kMost) || !(c.fy > 0 && c.fy < kMost))

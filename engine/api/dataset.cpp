@@ -42,14 +42,6 @@ scene::PointCloud cloud_of(const PointSet& points) {
   return cloud;
 }
 
-scene::Camera unchecked_camera(const Camera& camera) {
-  scene::Camera c{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy};
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column)
-      c.world_to_camera[column][row] = camera.world_to_camera[static_cast<std::size_t>(4 * row + column)];
-  return c;
-}
-
 }  // namespace
 
 Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& options) {

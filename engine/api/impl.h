@@ -91,6 +91,8 @@ struct Training::Impl {
 
 /// Converts between cameras of the interface, in dataset coordinates, and of scenes.
 Camera public_camera(const scene::Camera& normalised, const scene::Normalisation& normalisation);
+/// The same numbers; see scene_camera().
+scene::Camera unchecked_camera(const Camera& camera);
 /// Throws Error if sizes or intrinsics are not positive and finite, or the pose is not rigid.
 scene::Camera scene_camera(const Camera& camera);
 

@@ -11,3 +11,6 @@ FN vec3 photograph_colour(uint rgba) {
   const float unit = 1.0f / 255.0f;
   return vec3(float(rgba & 255u) * unit, float((rgba >> 8) & 255u) * unit, float((rgba >> 16) & 255u) * unit);
 }
+
+/// Background of a view: its own (ViewRecord::background), or the batch's if it has none.
+FN vec3 background_of(uint own, vec3 batch) { return (own >> 24) != 0u ? photograph_colour(own) : batch; }

@@ -35,6 +35,26 @@ std::vector<std::uint32_t> photograph_on(const std::array<int, 4>& behind, std::
   return pixels;
 }
 
+constexpr std::uint32_t kOwn = 0xff17a05cu;
+
+/// Two equal views of a soup with this photograph, on white; the second one is on kOwn.
+struct TwoViews : SmallScene {
+  TwoViews(gpu::Device& device, std::uint32_t side, const std::vector<std::uint32_t>& photograph)
+      : SmallScene(device, 3, {{0, 2}}, {test::view_from(0.4, side, side), test::view_from(0.4, side, side)}),
+        buffer(device.allocate(photograph.size() * 4, "photograph")) {
+    inputs.background = glm::vec3(1.0f);
+    inputs.target = 0;
+    device.upload(buffer.address(), photograph);
+    for (train::BatchView& view : views) view.photo = buffer.address();
+    views[1].background = kOwn;
+    buffers.set_batch(views, soup.triangles, true);
+    step.begin(1, 0, 0, {});
+    step.visibility(train::Thresholds::half, inputs);
+    step.shade(inputs);
+  }
+  gpu::Buffer buffer;
+};
+
 /// Largest difference of the colours of two pictures, 8-bit levels, inside the mask.
 int largest_difference(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
   int worst = 0;
@@ -51,19 +71,8 @@ int largest_difference(const std::vector<std::uint32_t>& a, const std::vector<st
 TEST_CASE("a view with its own background has the photograph and the rendering on it", "[background][each_driver]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kSide = 33;
-  SmallScene s(*gpu, 3, {{0, 2}}, {test::view_from(0.4, kSide, kSide), test::view_from(0.4, kSide, kSide)});
-  s.inputs.background = glm::vec3(1.0f);
-  s.inputs.target = 0;
   const auto photograph = photograph_on({255, 255, 255, 255}, kSide);
-  gpu::Buffer buffer = gpu->allocate(photograph.size() * 4, "photograph");
-  gpu->upload(buffer.address(), photograph);
-  constexpr std::uint32_t kOwn = 0xff17a05cu;
-  for (train::BatchView& view : s.views) view.photo = buffer.address();
-  s.views[1].background = kOwn;
-  s.buffers.set_batch(s.views, s.soup.triangles, true);
-  s.step.begin(1, 0, 0, {});
-  s.step.visibility(train::Thresholds::half, s.inputs);
-  s.step.shade(s.inputs);
+  TwoViews s(*gpu, kSide, photograph);
   s.step.loss(s.inputs);
 
   const std::uint32_t pixels = s.buffers.batch().pixels, half = pixels / 2;
@@ -99,18 +108,8 @@ TEST_CASE("a view with its own background has the photograph and the rendering o
 TEST_CASE("where a photograph shows nothing, no triangle is missing on any background", "[background]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kSide = 24;
-  SmallScene s(*gpu, 3, {{0, 2}}, {test::view_from(0.4, kSide, kSide), test::view_from(0.4, kSide, kSide)});
-  s.inputs.background = glm::vec3(1.0f);
-  s.inputs.target = 0;
   const std::vector<std::uint32_t> nothing(kSide * kSide, 0x80ffffffu);
-  gpu::Buffer buffer = gpu->allocate(nothing.size() * 4, "photograph");
-  gpu->upload(buffer.address(), nothing);
-  for (train::BatchView& view : s.views) view.photo = buffer.address();
-  s.views[1].background = 0xff203040u;
-  s.buffers.set_batch(s.views, s.soup.triangles, true);
-  s.step.begin(1, 0, 0, {});
-  s.step.visibility(train::Thresholds::half, s.inputs);
-  s.step.shade(s.inputs);
+  TwoViews s(*gpu, kSide, nothing);
   s.step.photographs(s.inputs);
   const auto sums = train::sum_images(*gpu, s.buffers, s.inputs.background, train::Ssim::none);
   REQUIRE(sums.size() == 2);
