@@ -51,6 +51,24 @@ std::vector<T> finite_values(const py::handle& object, const std::vector<py::ssi
 
 }  // namespace
 
+bool is_bool(const py::handle& object) {
+  return py::isinstance<py::bool_>(object) || py::isinstance(object, py::module_::import("numpy").attr("bool_"));
+}
+
+std::uint32_t count_from(const py::handle& object, const char* name) {
+  const auto number = is_bool(object) ? py::object() : py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  if (!number) {
+    PyErr_Clear();
+    throw py::type_error(fmt::format("{}: is a {}; give a whole number", name,
+                                     std::string(py::str(py::type::of(object).attr("__name__")))));
+  }
+  int overflow = 0;
+  const long long value = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
+  if (overflow != 0 || value < 1 || value > 0xffffffffll)
+    throw py::value_error(fmt::format("{}: {}; give 1 to 4294967295", name, std::string(py::str(number))));
+  return static_cast<std::uint32_t>(value);
+}
+
 std::vector<double> numbers_from(const py::handle& object, const std::vector<py::ssize_t>& shape, const char* name) {
   return finite_values<double>(object, shape, name);
 }
@@ -80,6 +98,8 @@ Bytes bytes_from(const py::handle& object, const char* name) {
   const auto converted = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>::ensure(array);
   if (!converted) throw py::type_error(fmt::format("{}: cannot be converted to numbers", name));
   bytes.values.assign(converted.data(), converted.data() + converted.size());
+  if (kind == 'b')
+    for (std::uint8_t& value : bytes.values) value = value != 0 ? 255 : 0;
   if (kind == 'i') {
     for (const std::uint8_t value : bytes.values)
       if (value > 127) throw py::value_error(fmt::format("{}: has negative values; give uint8", name));

@@ -66,6 +66,12 @@ T value_from(const py::handle& object, const std::string& name, const char* what
   }
 }
 
+/// Whether it is a bool of Python or NumPy.
+bool is_bool(const py::handle& object);
+
+/// Returns a whole number from 1 to 2^32 - 1. Throws TypeError or ValueError.
+std::uint32_t count_from(const py::handle& object, const char* name);
+
 /// Copies numbers from anything that NumPy converts to an array, row-major. shape: expected, -1: any size. name: begins
 /// messages. Throws TypeError for other things than numbers, and ValueError for another shape or values that are not
 /// finite.
@@ -77,8 +83,8 @@ struct Bytes {
   py::ssize_t height = 0, width = 0, channels = 0;
   std::vector<std::uint8_t> values;  // [height][width][channels]
 };
-/// Reads uint8, bool or float values: [height][width][channels], or [height][width] as one channel. Throws as
-/// numbers_from(), and ValueError for floats outside 0 to 1.
+/// Reads uint8, bool (True is 255) or float values: [height][width][channels], or [height][width] as one channel.
+/// Throws as numbers_from(), and ValueError for floats outside 0 to 1.
 Bytes bytes_from(const py::handle& object, const char* name);
 
 }  // namespace trisoup::python

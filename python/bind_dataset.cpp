@@ -10,7 +10,7 @@ namespace {
 
 DatasetOptions dataset_options(double resolution, int test_every, const std::string& background,
                                const std::string& alpha, bool invert_masks, bool outside) {
-  return {resolution, test_every, background, alpha, invert_masks, outside};
+  return {resolution, test_every, background, alpha, invert_masks, outside, {}};
 }
 
 std::vector<PyView> python_views(const Dataset& dataset, bool test) {
@@ -138,9 +138,13 @@ void bind_dataset(py::module_& module) {
   py::class_<Dataset, std::shared_ptr<Dataset>>(module, "Dataset", "Photographs with known camera poses.")
       .def(py::init([](const std::filesystem::path& path, double resolution, int test_every,
                        const std::string& background, const std::string& alpha, bool invert_masks, bool outside) {
-             const py::gil_scoped_release release;
-             return make_owned<Dataset>(
-                 path, dataset_options(resolution, test_every, background, alpha, invert_masks, outside));
+             DatasetOptions options = dataset_options(resolution, test_every, background, alpha, invert_masks, outside);
+             std::shared_ptr<Dataset> dataset;
+             with_signals([&](const Interruption& interrupted) {
+               options.interrupted = interrupted;
+               dataset = make_owned<Dataset>(path, options);
+             });
+             return dataset;
            }),
            py::arg("path"), py::kw_only(), py::arg("resolution") = 1.0, py::arg("test_every") = 8,
            py::arg("background") = "auto", py::arg("alpha") = "composite", py::arg("invert_masks") = false,

@@ -1,10 +1,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chrono>
-#include <exception>
-#include <thread>
-
 #include <fmt/format.h>
 
 #include "bindings.h"
@@ -20,8 +16,8 @@ struct Progress {
 /// "name=value" as soup-train reads it.
 std::string assignment(const py::handle& name, const py::handle& value) {
   if (!py::isinstance<py::str>(name)) throw py::type_error("settings: keys are names of settings");
-  std::string text = py::str(value);
-  if (py::isinstance<py::bool_>(value)) text = value.cast<bool>() ? "true" : "false";
+  const bool truth = is_bool(value);
+  const std::string text = truth ? (py::cast<bool>(value) ? "true" : "false") : std::string(py::str(value));
   return name.cast<std::string>() + "=" + text;
 }
 
@@ -31,13 +27,8 @@ TrainingOptions training_options(const std::string& preset, const py::object& st
   TrainingOptions options;
   options.preset = preset;
   options.seed = seed;
-  const auto above_zero = [](const py::object& number, const char* name) {
-    const auto value = value_from<std::uint64_t>(number, name, "a whole number");
-    if (value < 1 || value > 0xffffffffu) throw py::value_error(fmt::format("{}: {}; give 1 or more", name, value));
-    return value;
-  };
-  if (!steps.is_none()) options.steps = above_zero(steps, "steps");
-  if (!triangles.is_none()) options.triangles = static_cast<std::uint32_t>(above_zero(triangles, "triangles"));
+  if (!steps.is_none()) options.steps = count_from(steps, "steps");
+  if (!triangles.is_none()) options.triangles = count_from(triangles, "triangles");
   if (!settings.is_none()) {
     if (!py::isinstance<py::dict>(settings)) throw py::type_error("settings: give a dict of names and values");
     for (const auto& [name, value] : settings.cast<py::dict>()) options.set.push_back(assignment(name, value));
@@ -51,17 +42,6 @@ TrainingOptions training_options(const std::string& preset, const py::object& st
     options.start_colours = floats_from(colours, {-1, 3, 3}, "colours");
   }
   return options;
-}
-
-/// Threads that ask for the GIL while Python ends are ended, which C++ answers by ending the process with an error.
-/// They wait instead, for the end of the process.
-void wait_if_python_ends() {
-#if PY_VERSION_HEX >= 0x030D0000
-  const bool ends = Py_IsFinalizing() != 0;
-#else
-  const bool ends = _Py_IsFinalizing() != 0;
-#endif
-  while (ends) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
 std::function<void(StepPicture&)> image_loss_from(const py::object& function) {
@@ -78,21 +58,12 @@ std::function<void(StepPicture&)> image_loss_from(const py::object& function) {
   };
 }
 
-/// Runs with the GIL released. Signals are handled between steps; what their handlers and callbacks raise passes on.
+/// Signals are handled between steps; what their handlers and callbacks raise passes on.
 void run(Training& training, TrainingCallbacks callbacks) {
-  std::exception_ptr raised;
-  callbacks.interrupted = [&] {
-    wait_if_python_ends();
-    const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() == 0) return false;
-    raised = std::make_exception_ptr(py::error_already_set());
-    return true;
-  };
-  {
-    const py::gil_scoped_release release;
+  with_signals([&](const Interruption& interrupted) {
+    callbacks.interrupted = interrupted;
     training.run(callbacks);
-  }
-  if (raised) std::rethrow_exception(raised);
+  });
 }
 
 /// Iterator of Training.steps().
@@ -120,19 +91,46 @@ struct Steps {
   }
 };
 
-void run_to_the_end(Training& training, const py::object& on_progress, std::uint64_t every,
+void run_to_the_end(Training& training, const py::object& on_progress, const py::object& every,
                     const py::object& image_loss) {
   TrainingCallbacks callbacks;
-  callbacks.every = every;
+  callbacks.every = count_from(every, "every");
   callbacks.image_loss = image_loss_from(image_loss);
   if (!on_progress.is_none())
     callbacks.on_progress = [on_progress](const TrainingProgress& p) {
       wait_if_python_ends();
       const py::gil_scoped_acquire acquire;
       const py::object answer = on_progress(Progress{p});
-      return !(py::isinstance<py::bool_>(answer) && !answer.cast<bool>());
+      return !is_bool(answer) || answer.cast<bool>();
     };
   run(training, std::move(callbacks));
+}
+
+/// Null before the object is complete.
+Steps* steps_of(PyObject* object) {
+  auto* const instance = reinterpret_cast<py::detail::instance*>(object);
+  if (!instance->simple_layout) return nullptr;
+  const py::detail::value_and_holder held = instance->get_value_and_holder(nullptr, false);
+  return held.holder_constructed() ? static_cast<Steps*>(held.value_ptr()) : nullptr;
+}
+
+/// image_loss may be a method of an object that has the iterator.
+void collect_cycles(PyHeapTypeObject* heap_type) {
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    if (Steps* const steps = steps_of(self)) Py_VISIT(steps->image_loss.ptr());
+    return 0;
+  };
+  type.tp_clear = [](PyObject* self) {
+    if (Steps* const steps = steps_of(self)) steps->image_loss = py::none();
+    return 0;
+  };
+  type.tp_dealloc = [](PyObject* self) {  // pybind11 before 2.11 leaves it tracked
+    PyObject_GC_UnTrack(self);
+    py::detail::pybind11_object_dealloc(self);
+  };
 }
 
 void bind_progress(py::module_& module) {
@@ -159,7 +157,7 @@ void bind_progress(py::module_& module) {
         return fmt::format("step {} of {}: loss {:.4f}, {} triangles", p.values.step, p.values.last_step, p.values.loss,
                            p.values.triangles);
       });
-  py::class_<Steps>(module, "_Steps")
+  py::class_<Steps>(module, "_Steps", py::custom_type_setup(&collect_cycles))
       .def("__iter__", [](py::object self) { return self; })
       .def("__next__", &Steps::next);
 }
@@ -185,11 +183,10 @@ void bind_run(py::class_<Training, std::shared_ptr<Training>>& bound) {
   bound
       .def(
           "steps",
-          [](const std::shared_ptr<Training>& training, std::uint64_t every, bool evaluate,
+          [](const std::shared_ptr<Training>& training, const py::object& every, bool evaluate,
              const py::object& image_loss) {
-            if (every < 1) throw py::value_error("every: 0; give 1 or more");
             image_loss_from(image_loss);  // checks it
-            return Steps{training, every, evaluate, image_loss};
+            return Steps{training, count_from(every, "every"), evaluate, image_loss};
           },
           py::arg("every") = 10, py::kw_only(), py::arg("evaluate") = false, py::arg("image_loss") = py::none(), kSteps)
       .def("run", &run_to_the_end, py::arg("on_progress") = py::none(), py::kw_only(), py::arg("every") = 10,
@@ -227,11 +224,14 @@ void bind_training(py::module_& module) {
       .def(py::init([](const Dataset& dataset, const std::string& preset, const py::object& steps,
                        const py::object& triangles, std::uint64_t seed, const py::object& device,
                        const py::object& settings, const py::object& vertices, const py::object& colours) {
-             const TrainingOptions options =
-                 training_options(preset, steps, triangles, seed, settings, vertices, colours);
+             TrainingOptions options = training_options(preset, steps, triangles, seed, settings, vertices, colours);
              const Device used = device_from(device, false);
-             const py::gil_scoped_release release;
-             return make_owned<Training>(used, dataset, options);
+             std::shared_ptr<Training> training;
+             with_signals([&](const Interruption& interrupted) {
+               options.interrupted = interrupted;
+               training = make_owned<Training>(used, dataset, options);
+             });
+             return training;
            }),
            py::arg("dataset"), py::arg("preset") = "best", py::kw_only(), py::arg("steps") = py::none(),
            py::arg("triangles") = py::none(), py::arg("seed") = 0, py::arg("device") = py::none(),

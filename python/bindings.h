@@ -1,6 +1,7 @@
 // The parts of the module.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,14 @@ struct PyView {
 /// Which device to use, from None, the name of a backend or a Device. share: with other renderings of this process,
 /// rather than a device of its own. Throws TypeError for other objects.
 Device device_from(const py::object& object, bool share);
+
+/// Threads that ask for the GIL while Python ends are ended, which C++ answers by ending the process with an error.
+/// They wait instead, for the end of the process.
+void wait_if_python_ends();
+
+/// Does work with the GIL released. It takes an Interruption, which handles signals. Throws what their handlers raise,
+/// such as KeyboardInterrupt.
+void with_signals(const std::function<void(const Interruption&)>& work);
 
 /// A Python object of the JSON text.
 py::object parsed(const std::string& json);

@@ -1,14 +1,44 @@
 // The Python module. It converts arguments and results; everything else is done by the library (engine/api/trisoup).
 #include <pybind11/stl.h>
 
+#include <chrono>
 #include <cstring>
+#include <exception>
 #include <stdexcept>
+#include <thread>
 
 #include "bindings.h"
 
 namespace trisoup::python {
 
 py::object parsed(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
+
+void wait_if_python_ends() {
+#if PY_VERSION_HEX >= 0x030D0000
+  const bool ends = Py_IsFinalizing() != 0;
+#else
+  const bool ends = _Py_IsFinalizing() != 0;
+#endif
+  while (ends) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+void with_signals(const std::function<void(const Interruption&)>& work) {
+  std::exception_ptr raised;
+  const auto interrupted = [&] {
+    wait_if_python_ends();
+    const py::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() == 0) return false;
+    raised = std::make_exception_ptr(py::error_already_set());
+    return true;
+  };
+  try {
+    const py::gil_scoped_release release;
+    work(interrupted);
+  } catch (const Interrupted&) {
+    if (!raised) throw;
+  }
+  if (raised) std::rethrow_exception(raised);
+}
 
 namespace {
 

@@ -48,7 +48,7 @@ Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& option
   auto impl = std::make_shared<Impl>();
   impl->load = load_options(options);
   impl->load.warn = [&](const std::string& line) { impl->warnings.push_back(line); };
-  impl->scene = scene::load(path, impl->load);
+  interruptible(options.interrupted, [&] { impl->scene = scene::load(path, impl->load); });
   impl->load.warn = {};  // refers to this function
   impl_ = std::move(impl);
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/impl.h"
+#include "base/error.h"
 
 namespace trisoup {
 
@@ -24,6 +25,26 @@ Device Device::shared(const std::string& backend) {
   const auto found = devices.find(key);
   return found != devices.end() ? found->second : devices.emplace(key, Device(backend)).first->second;
 }
+
+Device::Impl::~Impl() {
+  if (!of_another_process()) return;
+  for (auto& [key, loaded] : models) static_cast<void>(loaded.release());
+  static_cast<void>(device.release());
+}
+
+namespace {
+
+std::recursive_mutex& usable_guard(Device::Impl& device) {
+  if (device.of_another_process())
+    throw Error(
+        "device: was opened before this process was forked; open a Device after the fork, or start processes "
+        "without fork");
+  return device.guard;
+}
+
+}  // namespace
+
+DeviceLock::DeviceLock(const Device& device) : impl_(device.impl()), lock_(usable_guard(*impl_)) {}
 
 std::string Device::name() const { return impl_->device->info().name; }
 std::string Device::backend() const { return impl_->device->info().backend; }

@@ -1,14 +1,18 @@
 // The implementation structs of the public classes.
 #pragma once
 
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/cancellation.h"
 #include "format/model_file.h"
 #include "gpu/device.h"
 #include "run/trainer.h"
@@ -21,15 +25,23 @@
 namespace trisoup {
 
 struct Device::Impl {
+  ~Impl();
+  /// Whether this process is a fork of the one that opened the device. It lacks the device's threads, and its guard may
+  /// be locked for ever, so nothing may be called and nothing freed.
+  bool of_another_process() const { return process != getpid(); }
+
+  const pid_t process = getpid();
   std::unique_ptr<gpu::Device> device;
   /// Held while the device is used. Recursive, because callbacks of a training may render.
   std::recursive_mutex guard;
+  /// Models that have been rendered, until they or the device are destroyed.
+  std::map<const Model::Impl*, std::unique_ptr<train::LoadedModel>> models{};
 };
 
-/// Locks a device for one call.
+/// Locks a device for one call. Throws Error in a fork of the process that opened it.
 class DeviceLock {
  public:
-  explicit DeviceLock(const Device& device) : impl_(device.impl()), lock_(impl_->guard) {}
+  explicit DeviceLock(const Device& device);
   gpu::Device& gpu() const { return *impl_->device; }
 
  private:
@@ -45,22 +57,8 @@ struct Dataset::Impl {
   std::vector<std::string> warnings;
 };
 
-/// A model on a device.
-struct OnDevice {
-  OnDevice(const Device& d, const soup::Model& model) : device(d) {
-    const DeviceLock lock(device);
-    loaded.emplace(lock.gpu(), model, scene::Normalisation{model.centre, model.scale});
-  }
-  OnDevice(const OnDevice&) = delete;
-  ~OnDevice() {
-    const DeviceLock lock(device);
-    loaded.reset();
-  }
-  Device device;
-  std::optional<train::LoadedModel> loaded;
-};
-
 struct Model::Impl {
+  ~Impl();
   /// Fills in what accessors return. model, file and the planes are set.
   void finish(soup::ModelFile from);
 
@@ -72,22 +70,30 @@ struct Model::Impl {
   std::vector<float> features;
   std::vector<soup::ModelCamera> cameras;
   std::string settings;
-  mutable std::mutex guard;  // of what follows
-  mutable std::vector<std::shared_ptr<OnDevice>> on_devices;
+  mutable std::mutex guard;                                       // of what follows
+  mutable std::vector<std::weak_ptr<Device::Impl>> on_devices{};  // whose `models` have this one
 };
 
 struct Training::Impl {
   Impl(const Device& d, const Dataset& data) : device(d), dataset(data) {}
-  ~Impl() {
-    const DeviceLock lock(device);
-    trainer.reset();
-  }
+  ~Impl();
   Device device;
   Dataset dataset;
-  std::optional<train::Trainer> trainer;
+  std::unique_ptr<train::Trainer> trainer;
   std::vector<std::string> warnings;
   bool running = false, in_picture = false;  // in run(), in TrainingCallbacks::image_loss
 };
+
+/// Does work that `interrupted` may end. Throws Interrupted then.
+template <typename Work>
+void interruptible(const Interruption& interrupted, const Work& work) {
+  const CancellationScope scope(interrupted);
+  try {
+    work();
+  } catch (const Cancelled&) {
+    throw Interrupted();
+  }
+}
 
 /// Converts between cameras of the interface, in dataset coordinates, and of scenes.
 Camera public_camera(const scene::Camera& normalised, const scene::Normalisation& normalisation);

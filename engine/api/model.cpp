@@ -51,6 +51,15 @@ void Model::Impl::finish(soup::ModelFile from) {
   for (const std::uint8_t value : model.lattice) features.push_back(static_cast<float>(value) / 255.0f);
 }
 
+Model::Impl::~Impl() {
+  for (const std::weak_ptr<Device::Impl>& known : on_devices) {
+    const std::shared_ptr<Device::Impl> device = known.lock();
+    if (!device || device->of_another_process()) continue;
+    const std::lock_guard lock(device->guard);
+    device->models.erase(this);
+  }
+}
+
 Model::Model(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 
 Model Model::read(const std::filesystem::path& path) {

@@ -1,6 +1,8 @@
 // Renderings of a model.
 #include <algorithm>
+#include <memory>
 #include <span>
+#include <vector>
 
 #include "api/impl.h"
 #include "base/error.h"
@@ -10,13 +12,22 @@
 namespace trisoup {
 namespace {
 
-/// The model on that device: as an earlier call left it, or newly loaded. The caller has locked the device. Those on
-/// other devices stay: removing one would have to wait for its device.
-std::shared_ptr<OnDevice> on_device(const Model::Impl& impl, const Device& device) {
-  const std::lock_guard lock(impl.guard);
-  for (const std::shared_ptr<OnDevice>& loaded : impl.on_devices)
-    if (loaded->device.impl() == device.impl()) return loaded;
-  return impl.on_devices.emplace_back(std::make_shared<OnDevice>(device, impl.model));
+/// The model on that device: as an earlier call left it, or newly loaded. The caller has locked the device.
+train::LoadedModel& on_device(const Model::Impl& impl, const std::shared_ptr<Device::Impl>& device) {
+  std::unique_ptr<train::LoadedModel>& loaded = device->models[&impl];
+  if (loaded) return *loaded;
+  const soup::Model& model = impl.model;
+  try {
+    loaded =
+        std::make_unique<train::LoadedModel>(*device->device, model, scene::Normalisation{model.centre, model.scale});
+    const std::lock_guard lock(impl.guard);
+    std::erase_if(impl.on_devices, [](const auto& known) { return known.expired(); });
+    impl.on_devices.push_back(device);
+  } catch (...) {
+    device->models.erase(&impl);
+    throw;
+  }
+  return *loaded;
 }
 
 void take_hits(Rendering& rendering, const std::vector<kernels::Hit>& hits, const RenderOptions& options,
@@ -47,9 +58,9 @@ Rendering Model::render(Device& device, const Camera& camera, const RenderOption
   const soup::Model& model = impl_->model;
   const scene::Camera seen = scene::normalised(scene_camera(camera), scene::Normalisation{model.centre, model.scale});
   const DeviceLock lock(device);
-  const std::shared_ptr<OnDevice> loaded = on_device(*impl_, device);
+  train::LoadedModel& loaded = on_device(*impl_, device.impl());
   gpu::Device& gpu = lock.gpu();
-  train::BatchBuffers& buffers = loaded->loaded->buffers;
+  train::BatchBuffers& buffers = loaded.buffers;
   const train::BatchView view = train::batch_view(seen, impl_->near, impl_->far);
   train::StepInputs inputs;
   inputs.background = model.background;
@@ -65,8 +76,7 @@ Rendering Model::render(Device& device, const Camera& camera, const RenderOption
   const std::size_t pixels = std::size_t(camera.width) * std::size_t(camera.height);
   std::vector<kernels::Hit> hits;
   train::for_each_batch(
-      gpu, loaded->loaded->soup, buffers, std::span(&view, 1), options.colour, inputs, 1,
-      [&](std::size_t, std::size_t) {
+      gpu, loaded.soup, buffers, std::span(&view, 1), options.colour, inputs, 1, [&](std::size_t, std::size_t) {
         if (options.colour) rendering.colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
         if (options.alpha || options.triangle || options.barycentrics || options.depth || options.normal)
           hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);

@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cmath>
 #include <optional>
 
@@ -66,7 +65,7 @@ train::Start given_start(const TrainingOptions& o, const scene::Normalisation& n
   for (std::size_t i = 0; i < o.start_vertices.size(); i += 3) {
     const glm::dvec3 p =
         normalisation.to_normalised({o.start_vertices[i], o.start_vertices[i + 1], o.start_vertices[i + 2]});
-    if (!(glm::length(p) < 1e18)) throw Error("start: vertex {} is not finite; remove its triangle", i / 3);
+    if (!(glm::length(p) < 1e18)) throw Error("start: vertex {} is too far from the scene; remove its triangle", i / 3);
     start.vertices.emplace_back(p);
   }
   for (std::size_t i = 0; i < o.start_colours.size(); i += 3) {
@@ -77,25 +76,6 @@ train::Start given_start(const TrainingOptions& o, const scene::Normalisation& n
   }
   return start;
 }
-
-/// Asks `interrupted` at most twenty times a second.
-class Interruption {
- public:
-  explicit Interruption(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
-  bool asks() {
-    if (!interrupted_ || found_) return found_;
-    const auto now = Clock::now();
-    if (now < next_) return false;
-    next_ = now + std::chrono::milliseconds(50);
-    return found_ = interrupted_();
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  const std::function<bool()>& interrupted_;
-  Clock::time_point next_{};
-  bool found_ = false;
-};
 
 /// Sets a flag for its lifetime.
 class Flag {
@@ -115,22 +95,19 @@ void refuse_goals(const train::Settings& settings) {
     throw Error("goals and `validation_views` are for soup-train and soup-simplify; leave them out");
 }
 
-}  // namespace
-
-Training::Training(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-
-Training::Training(const Device& device, const Dataset& dataset, const TrainingOptions& options)
-    : impl_(std::make_unique<Impl>(device, dataset)) {
-  const DeviceLock lock(device);
+/// Makes the trainer.
+void begin(Training::Impl& impl, const TrainingOptions& options) {
+  const DeviceLock lock(impl.device);
   gpu::Device& gpu = lock.gpu();
-  const scene::Scene& scene = dataset.impl().scene;
+  const Dataset::Impl& dataset = impl.dataset.impl();
+  const scene::Scene& scene = dataset.scene;
   train::SettingsRequest request = request_of(options);
   std::optional<train::Start> start;
   if (!options.start_vertices.empty()) {
     start = given_start(options, scene.normalisation);
     if (!request.has("init")) request.assignments.push_back(train::read_assignment("init=random"));
   }
-  const WithSurfacePoints points(gpu, dataset.impl(), request);
+  const WithSurfacePoints points(gpu, dataset, request);
   train::Settings settings = train::make_settings(request, scene);
   if (start) settings.init_count = static_cast<std::uint32_t>(start->vertices.size() / 3);
   refuse_goals(settings);
@@ -146,9 +123,27 @@ Training::Training(const Device& device, const Dataset& dataset, const TrainingO
                 train::triangles_that_fit(scene, settings, gpu.ceiling()));
   if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)
     settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
-  train::check_storable(scene, train::model_options(scene, settings, dataset.impl().load));
+  train::check_storable(scene, train::model_options(scene, settings, dataset.load));
   if (!start) start = train::initial_triangles(scene, settings);
-  impl_->trainer.emplace(gpu, scene, settings, *start);
+  impl.trainer = std::make_unique<train::Trainer>(gpu, scene, settings, *start);
+}
+
+}  // namespace
+
+Training::Impl::~Impl() {
+  if (device.impl()->of_another_process()) {
+    static_cast<void>(trainer.release());
+    return;
+  }
+  const DeviceLock lock(device);
+  trainer.reset();
+}
+
+Training::Training(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Training::Training(const Device& device, const Dataset& dataset, const TrainingOptions& options)
+    : impl_(std::make_unique<Impl>(device, dataset)) {
+  interruptible(options.interrupted, [&] { begin(*impl_, options); });
 }
 
 Training Training::resume(const Device& device, const Dataset& dataset, const std::filesystem::path& checkpoint) {
@@ -156,7 +151,7 @@ Training Training::resume(const Device& device, const Dataset& dataset, const st
   const DeviceLock lock(device);
   const train::Settings settings = train::checkpoint_info(checkpoint).settings;
   refuse_goals(settings);
-  impl->trainer.emplace(lock.gpu(), dataset.impl().scene, settings, checkpoint);
+  impl->trainer = std::make_unique<train::Trainer>(lock.gpu(), dataset.impl().scene, settings, checkpoint);
   return Training(std::move(impl));
 }
 
@@ -177,10 +172,10 @@ void Training::run(const TrainingCallbacks& given) {
   const Flag running(impl_->running);
   train::Trainer& trainer = *impl_->trainer;
   std::atomic<bool> stop{false};
-  Interruption interruption(given.interrupted);
+  CancellationPoll interruption(given.interrupted);
   train::Trainer::Callbacks callbacks;
   callbacks.stop = &stop;
-  callbacks.interrupted = [&] { return interruption.asks(); };
+  callbacks.interrupted = [&] { return interruption.ask(); };
   if (given.every > 0) callbacks.progress_every = given.every;
   callbacks.on_progress = [&](const train::Progress& p) {
     if (given.on_progress && !given.on_progress({p.step, p.triangles, p.loss, p.seconds, trainer.last_step(), p.psnr,

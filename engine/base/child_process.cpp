@@ -17,6 +17,7 @@
 
 #include <fmt/format.h>
 
+#include "base/cancellation.h"
 #include "base/error.h"
 #include "base/read_file.h"
 
@@ -129,6 +130,7 @@ ChildResult run_child(const std::vector<std::string>& arguments, const ChildOpti
   std::chrono::steady_clock::time_point asked{};  // when SIGTERM was sent
   while (::waitpid(child.id, &state, WNOHANG) != child.id) {
     lines.read();
+    check_cancellation();  // ~Child ends the program
     const auto now = std::chrono::steady_clock::now();
     if (stop && asked == std::chrono::steady_clock::time_point{}) {
       signal_all(child.id, SIGTERM);

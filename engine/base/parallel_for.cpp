@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/cancellation.h"
+
 namespace trisoup {
 
 void parallel_for(int count, int threads, const std::function<void(int)>& body) {
@@ -23,6 +25,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body) 
       const int index = next++;
       if (index >= count) return;
       try {
+        check_cancellation();  // in the calling thread; the others have no scope
         body(index);
       } catch (...) {
         const std::lock_guard lock(guard);

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/cancellation.h"
 #include "base/error.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/host/host_device.h"
@@ -74,10 +75,12 @@ void Device::copy(Address to, Address from, std::uint64_t bytes) {
 }
 
 void Device::give(CommandList::Command command) {
-  if (recorded_)
+  if (recorded_) {
     recorded_->segments.back().push_back(std::move(command));
-  else
-    run(command);
+    return;
+  }
+  check_cancellation();
+  run(command);
 }
 
 void Device::cut() {

@@ -9,6 +9,8 @@
 
 #include <glm/glm.hpp>
 
+#include "base/cancellation.h"
+
 namespace trisoup::soup {
 namespace {
 
@@ -65,6 +67,7 @@ class Decimation {
 
   void down_to(std::size_t budget, Allowed allowed) {
     while (alive_ > budget && !queue_.empty()) {
+      check_cancellation();
       const Candidate c = queue_.top();
       queue_.pop();
       if (changes_[c.from] != c.from_changes || changes_[c.to] != c.to_changes || !possible(c.from, c.to, allowed))

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/cancellation.h"
+
 namespace trisoup::soup {
 namespace {
 
@@ -26,8 +28,10 @@ class Trees {
 
   std::vector<bool> source_side() {
     // The sink's tree grows only if it would be the shorter list: one deep tree is cheaper than two.
-    while (!frontier(kSource).empty())
+    while (!frontier(kSource).empty()) {
+      check_cancellation();
       grow(frontier(kSink).empty() || frontier(kSource).size() <= frontier(kSink).size() ? kSource : kSink);
+    }
     std::vector<bool> result;
     for (const std::int32_t depth : depth_) result.push_back(depth > 0);
     return result;

@@ -2,12 +2,15 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <trisoup/trisoup.h>
 
+#include "api/impl.h"
 #include "base/read_file.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
@@ -239,6 +242,43 @@ TEST_CASE("a training shows its pictures, takes gradients and goes on from check
   given.start_colours.pop_back();
   CHECK_THROWS_WITH(Training(tiny.device, tiny.dataset, given), Contains("8 colour values"));
   CHECK_THROWS_WITH(Training(tiny.device, tiny.dataset, {.set = {"target_psnr=30"}}), Contains("soup-simplify"));
+}
+
+TEST_CASE("loading and the start of a training can be interrupted", "[api]") {
+  const TinyDataset tiny;
+  const Interruption now = [] { return true; };
+  CHECK_THROWS_AS(Dataset(tiny.folder.path() / "scene", {.interrupted = now}), Interrupted);
+  TrainingOptions interrupted = tiny.options;
+  interrupted.interrupted = now;
+  CHECK_THROWS_AS(Training(tiny.device, tiny.dataset, interrupted), Interrupted);
+  // Dataset and device are as before.
+  const auto trained = [&](const Device& device, const Dataset& dataset) {
+    Training training(device, dataset, tiny.options);
+    training.run();
+    const Model model = training.model();
+    return std::vector<std::byte>(model.file().begin(), model.file().end());
+  };
+  CHECK(trained(tiny.device, tiny.dataset) == trained(Device("cpu"), Dataset(tiny.folder.path() / "scene")));
+}
+
+TEST_CASE("a model does not keep the devices that have rendered it", "[api]") {
+  const TinyDataset tiny;
+  const Camera camera = tiny.dataset.test_views().front().camera;
+  std::optional<Training> training(std::in_place, tiny.device, tiny.dataset, tiny.options);
+  std::optional<Model> model = training->model();
+  std::optional<Device> device(std::in_place, "cpu");
+  const std::weak_ptr<Device::Impl> watched = device->impl();
+  const std::vector<float> before = model->render(*device, camera).rgb;
+  device.reset();
+  CHECK(watched.expired());
+  device.emplace("cpu");
+  CHECK(model->render(*device, camera).rgb == before);
+  const auto on_device = [&] { return device->impl()->models.size(); };
+  CHECK(on_device() == 1);
+  CHECK(training->model().render(*device, camera).rgb == before);
+  CHECK(on_device() == 1);
+  model.reset();
+  CHECK(on_device() == 0);
 }
 
 TEST_CASE("a dataset says what it left out", "[api]") {

@@ -111,8 +111,26 @@ class Messages(SceneTest):
         self.fails(ValueError, "vertices", train, colours=np.zeros((1, 3, 3)))
         self.fails(ValueError, "steps", trisoup.Training, self.scene, steps=0, device=CPU)
         self.fails(TypeError, "steps: is a str; give a whole number", trisoup.Training, self.scene, steps="many")
+        for steps in (-1, 2**40, 2**80, np.int64(-3)):
+            self.fails(ValueError, f"steps: {steps}; give 1 to", trisoup.Training, self.scene, steps=steps, device=CPU)
+        for steps in (2.0, np.True_, True):
+            self.fails(TypeError, "give a whole number", trisoup.Training, self.scene, steps=steps, device=CPU)
+        self.fails(trisoup.Error, "too far", train, vertices=np.full((1, 3, 3), 1e30))
         self.fails(TypeError, "image_loss", self.train().steps, image_loss=3)
-        self.fails(ValueError, "every", self.train().steps, every=0)
+        for function in (self.train().steps, self.train().run):
+            self.fails(ValueError, "every: 0", function, every=0)
+            self.fails(ValueError, "every: -1", function, every=-1)
+
+    def test_values_of_numpy(self) -> None:
+        """Numbers and truths of NumPy are those of Python."""
+        training = self.train(np.int32(20), settings={**TINY, "exposure": np.True_})
+        self.assertIs(training.settings["exposure"], True)
+        training.run(lambda progress: np.False_, every=np.uint8(10))
+        self.assertEqual(training.step, 10)
+        cameras = [v.camera for v in self.scene.train]
+        white = np.ones((*self.scene.train[0].image.shape,), bool)
+        scene = trisoup.Dataset.from_arrays([white] * len(cameras), cameras)
+        self.assertTrue((scene.train[0].image == 255).all())
 
     def test_arrays_with_other_strides(self) -> None:
         """Transposed, reversed and non-native arrays give what their copies give."""

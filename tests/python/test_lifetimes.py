@@ -3,6 +3,7 @@
 import gc
 import pickle
 import unittest
+import weakref
 
 import numpy as np
 
@@ -59,6 +60,21 @@ class Lifetimes(SceneTest):
         gc.collect()
         self.assertEqual(progress.step, 10)
         self.assertEqual(camera.width, self.scene.test[0].camera.width)
+
+    def test_cycles_are_collected(self) -> None:
+        class Study:
+            def __init__(self, training: trisoup.Training) -> None:
+                self.steps = training.steps(every=5, image_loss=self.loss)
+
+            def loss(self, picture, target, view) -> None:
+                return None
+
+        study = Study(self.train())
+        self.assertEqual(next(study.steps).step, 5)
+        gone = weakref.ref(study)
+        del study
+        gc.collect()
+        self.assertIsNone(gone())
 
     def test_cameras_can_be_pickled(self) -> None:
         camera = self.scene.test[0].camera

@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 
 import trisoup
-from common import CPU, TINY, SceneTest, bits
+from common import CPU, SANITIZED, SOURCE, TINY, SceneTest, bits
 
 
 class Pieces(SceneTest):
@@ -56,6 +56,54 @@ class Pieces(SceneTest):
         for one in (training, resumed):
             next(one.steps(every=5))
         self.assertEqual(bytes(training.model()), bytes(resumed.model()))
+
+    def test_signals_are_handled_while_a_dataset_loads_and_a_training_starts(self) -> None:
+        class Alarm(Exception):
+            pass
+
+        def handle(*_: object) -> None:
+            nonlocal handled
+            handled += 1
+            if handled == 3:  # one can be after the call
+                raise Alarm
+
+        garden = trisoup.Dataset(SOURCE / "assets/garden")
+        cameras = [view.camera.resized(900, 900) for view in garden.train[:12]]
+        image = np.broadcast_to(np.arange(900, dtype=np.uint16)[:, None, None] % 251, (900, 900, 3)).astype(np.uint8)
+        large = self.folder / "large"
+        trisoup.Dataset.from_arrays([image] * 12, cameras).write_transforms(large)
+        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, handle))
+        self.addCleanup(signal.setitimer, signal.ITIMER_REAL, 0)
+        for work in (lambda: trisoup.Dataset(large),
+                     lambda: trisoup.Training(garden, device=CPU, settings={"init": "surface"})):
+            handled = 0
+            signal.setitimer(signal.ITIMER_REAL, 0.01, 0.01)
+            with self.assertRaises(Alarm):
+                work()
+            signal.setitimer(signal.ITIMER_REAL, 0)
+
+    @unittest.skipIf(SANITIZED, "the sanitizer forbids threads after fork")
+    def test_devices_do_not_pass_to_a_fork(self) -> None:
+        model, camera = self.model(), self.scene.test[0].camera
+        expected, training = bits(model.render(camera, device=CPU)), self.train(40)
+
+        def child() -> bool:
+            for call in (lambda: model.render(camera, device=CPU), training.run, training.model):
+                try:
+                    call()
+                    return False
+                except trisoup.Error as error:
+                    if "fork" not in str(error):
+                        return False
+            self.train(40, device="cpu").run()
+            return bits(model.render(camera, device="cpu")) == expected
+
+        process = os.fork()
+        if process == 0:
+            signal.alarm(60)
+            os._exit(0 if child() else 1)
+        self.assertEqual(os.waitpid(process, 0)[1], 0)
+        self.assertEqual(bits(model.render(camera, device=CPU)), expected)
 
     def test_python_runs_beside_a_training(self) -> None:
         training = self.train(400)

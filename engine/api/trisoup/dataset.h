@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "trisoup/camera.h"
+#include "trisoup/interruption.h"
 
 namespace trisoup {
 
@@ -19,6 +20,7 @@ struct DatasetOptions {
   std::string alpha = "composite";  // "composite" on the background, or "mask": pixels below 0.5 are not in the loss
   bool invert_masks = false;        // masks exclude other values than 0, instead of 0
   bool outside = false;             // photographs, masks and points may lie outside of the dataset's folder
+  Interruption interrupted{};       // of loading, which then throws Interrupted
 };
 
 /// A photograph in memory.

@@ -11,6 +11,7 @@
 
 #include "trisoup/dataset.h"
 #include "trisoup/device.h"
+#include "trisoup/interruption.h"
 #include "trisoup/model.h"
 
 namespace trisoup {
@@ -24,6 +25,7 @@ struct TrainingOptions {
   /// First triangles, [triangles][3][3], the dataset's coordinates; empty: the setting `init` decides.
   std::vector<double> start_vertices{};
   std::vector<float> start_colours{};  // of their vertices, [triangles][3][3], 0 to 1; empty: grey
+  Interruption interrupted{};          // of the constructor, which then throws Interrupted
 };
 
 /// Means over the training steps since the previous report.
@@ -53,8 +55,7 @@ struct TrainingCallbacks {
   /// Called about every `every` steps. Returns false to stop.
   std::function<bool(const TrainingProgress&)> on_progress{};
   std::uint64_t every = 10;
-  /// Asked between steps, at most twenty times a second. Returns true to stop.
-  std::function<bool()> interrupted{};
+  Interruption interrupted{};  // asked between steps; run() then returns
   /// Called for each view of each step. Costs a download and an upload per step.
   std::function<void(StepPicture&)> image_loss{};
 };

@@ -6,6 +6,7 @@
 #include "trisoup/camera.h"
 #include "trisoup/dataset.h"
 #include "trisoup/device.h"
+#include "trisoup/interruption.h"
 #include "trisoup/model.h"
 #include "trisoup/picture.h"
 #include "trisoup/quality.h"
