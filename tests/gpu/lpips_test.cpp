@@ -249,7 +249,6 @@ TEST_CASE("LPIPS: weights that overflow are an error", "[lpips][each_driver]") {
     }
     CHECK_THAT(line, Catch::Contains("network: gives no finite number") && Catch::Contains("convert_lpips"));
   }
-  // Another measurement with the same network is an error, too, and another network is not affected.
   test::require_silence(*gpu);
 }
 
