@@ -43,7 +43,8 @@ CLI::App* add_measures(CLI::App& app, gpu::DeviceOptions& options, bench::Measur
   auto* sub = app.add_subcommand("measures", "time of PSNR, SSIM, MS-SSIM and FLIP of a view, beside rendering it");
   sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else cpu]");
   sub->add_option("--device", options.device, "number printed by soup-train --list-devices, or part of the name");
-  sub->add_option("--size", measures.side, "side of the square views, pixels [800]")->check(CLI::Range(1, 16384));
+  sub->add_option("--size", measures.side, "side of the square views, pixels, from 161 on [800]")
+      ->check(CLI::Range(161, 16384));  // MS-SSIM needs as many
   sub->add_option("--triangles", measures.triangles, "number of triangles [15000]")->check(CLI::Range(1, 10'000'000));
   sub->add_option("--repeats", measures.repeats, "evaluations timed [5]")->check(CLI::PositiveNumber);
   sub->add_option("--json", measures.json, "also write the values to this JSON file; -: standard output");

@@ -142,8 +142,7 @@ TEST_CASE("OpenEXR reads the bits of the .npy files", "[exr]") {
       {PixelData::triangle, {"triangle.X"}},
       {PixelData::barycentrics, {"barycentrics.X", "barycentrics.Y", "barycentrics.Z"}},
       {PixelData::normal, {"N.X", "N.Y", "N.Z"}},
-      {PixelData::features,
-       {"base.R", "base.G", "base.B", "mix.X", "latent.X", "latent.Y", "latent.Z", "opacity.X"}}};
+      {PixelData::features, {"base.R", "base.G", "base.B", "mix.X", "latent.X", "latent.Y", "latent.Z", "opacity.X"}}};
   std::vector<ExrChannel> channels = render::exr_colours(scene.image, true);
   for (const auto& [kind, unused] : names)
     for (const ExrChannel& channel : render::exr_channels(kind, scene.points, scene.camera, scene.model))
