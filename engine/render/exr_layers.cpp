@@ -10,14 +10,20 @@ namespace {
 /// Programs group channels by what precedes the dot, and want one letter after it.
 std::vector<const char*> channel_names(PixelData kind) {
   switch (kind) {
-    case PixelData::depth: return {"Z"};
-    case PixelData::ray_depth: return {"distance.Z"};
-    case PixelData::triangle: return {"triangle.X"};
-    case PixelData::barycentrics: return {"barycentrics.X", "barycentrics.Y", "barycentrics.Z"};
-    case PixelData::normal: return {"N.X", "N.Y", "N.Z"};
+    case PixelData::depth:
+      return {"Z"};
+    case PixelData::ray_depth:
+      return {"distance.Z"};
+    case PixelData::triangle:
+      return {"triangle.X"};
+    case PixelData::barycentrics:
+      return {"barycentrics.X", "barycentrics.Y", "barycentrics.Z"};
+    case PixelData::normal:
+      return {"N.X", "N.Y", "N.Z"};
     case PixelData::features:
       return {"base.R", "base.G", "base.B", "mix.X", "latent.X", "latent.Y", "latent.Z", "opacity.X"};
-    case PixelData::alpha: break;
+    case PixelData::alpha:
+      break;
   }
   return {};
 }

@@ -234,20 +234,16 @@ TEST_CASE("LPIPS: weights that overflow are an error", "[lpips][each_driver]") {
     return "";
   };
   CHECK(message("conv.0.weight", 0, 0.5f).empty());
+  CHECK(message("conv.1.bias", 0, -3e38f).empty());  // ReLU makes it 0
   for (const auto& [array, value] : {std::pair("conv.0.weight", 1e30f),
                                      {"conv.0.weight", 3e38f},
-                                     {"conv.1.bias", -3e38f},  // finite, but its square is not
-                                     {"conv.1.bias", 3e38f},
+                                     {"conv.1.bias", 3e38f},  // finite, but its square is not
                                      {"conv.2.weight", 1e38f},
                                      {"tap.1.weight", 1e30f},
                                      {"scale", 1e-38f}}) {
     CAPTURE(array, value);
-    const std::string line = message(array, 0, value);
-    if (std::string(array) == "conv.1.bias" && value < 0) {
-      CHECK(line.empty());  // ReLU makes it 0
-      continue;
-    }
-    CHECK_THAT(line, Catch::Contains("network: gives no finite number") && Catch::Contains("convert_lpips"));
+    CHECK_THAT(message(array, 0, value),
+               Catch::Contains("network: gives no finite number") && Catch::Contains("convert_lpips"));
   }
   test::require_silence(*gpu);
 }
