@@ -30,6 +30,7 @@ constexpr Output kOutputs[] = {
     {"barycentrics", &RenderOptions::barycentrics, &take<&Rendering::barycentrics, 3>},
     {"depth", &RenderOptions::depth, &take<&Rendering::depth, 1>},
     {"normal", &RenderOptions::normal, &take<&Rendering::normal, 3>},
+    {"features", &RenderOptions::features, &take<&Rendering::features, 8>},
 };
 
 const Output& output_of(const py::handle& name) {
@@ -193,7 +194,8 @@ outputs: a name, which returns an array, or a sequence of names, which returns a
 'colour' (H, W, 3) float32, display values, nominally 0 to 1; 'alpha' (H, W) float32, 1 where a triangle is visible;
 'triangle' (H, W) int32, -1: none; 'barycentrics' (H, W, 3) float32, weights of the triangle's vertices;
 'depth' (H, W) float32, along the viewing axis, the dataset's units, inf where nothing is;
-'normal' (H, W, 3) float32, towards the camera, the dataset's axes.
+'normal' (H, W, 3) float32, towards the camera, the dataset's axes;
+'features' (H, W, 8) float32, what the texture gives there, as in Model.features, 0 where nothing is.
 background: three values from 0 to 1 instead of the model's. device: None (a GPU if there is one), 'cpu', 'vulkan',
 'cuda' or a Device. Raises Error for cameras that are not valid, ValueError or TypeError for other arguments.)")
       .def("evaluate", &evaluate, py::arg("dataset"), py::arg("views") = "test", py::kw_only(),

@@ -2,6 +2,7 @@
 #include "common/kernel.h"
 #include "args/compare_features.h"
 #include "common/fixed_point.h"
+#include "common/non_finite.h"
 
 ARGUMENTS(CompareFeaturesArgs)
 
@@ -17,6 +18,7 @@ KERNEL_MAIN(64) {
       first += p * p;
       second += q * q;
     }
+    if (!is_finite(first + second)) atomicOr(a.overflow.v[0], 1u);
     first = 1.0f / (sqrt(first) + 1e-10f);
     second = 1.0f / (sqrt(second) + 1e-10f);
     for (uint c = 0u; c < a.channels; ++c) {
@@ -28,6 +30,8 @@ KERNEL_MAIN(64) {
   barrier();
   if (thread == 0u) {
     for (uint k = 1u; k < 64u; ++k) distance += s_sum[k];
-    add_fixed(a.sums, 0u, a.sums, 1u, distance * (1.0f / IMAGE_SUM_UNIT));
+    distance *= 1.0f / IMAGE_SUM_UNIT;
+    if (!usable(distance, kFixedLimit)) atomicOr(a.overflow.v[0], 1u);
+    add_fixed(a.sums, 0u, a.sums, 1u, distance);
   }
 }

@@ -1,6 +1,7 @@
 // A layer of LPIPS (Zhang et al. 2018): direct convolution and ReLU. A thread computes 16 channels of one pixel.
 #include "common/kernel.h"
 #include "args/convolve.h"
+#include "common/non_finite.h"
 
 CONSTANT(0, bool, STRIDED, false);  // false: the stride is 1, and neighbouring threads read neighbouring values
 
@@ -23,6 +24,10 @@ KERNEL(64, ConvolveArgs) {
         UNROLL for (uint q = 0u; q < 4u; ++q) sum[q] += value * a.weights.v[at + q];
       }
     }
-  UNROLL for (uint q = 0u; q < 4u; ++q) UNROLL for (uint c = 0u; c < 4u; ++c) if (4u * q + c < a.result_channels)
-      a.result.v[((4u * q + c) * a.result_height + y) * a.result_width + x] = max(sum[q][c], 0.0f);
+  bool finite = true;
+  UNROLL for (uint q = 0u; q < 4u; ++q) UNROLL for (uint c = 0u; c < 4u; ++c) if (4u * q + c < a.result_channels) {
+    finite = finite && is_finite(sum[q][c]);
+    a.result.v[((4u * q + c) * a.result_height + y) * a.result_width + x] = max(sum[q][c], 0.0f);
+  }
+  if (!finite) atomicOr(a.overflow.v[0], 1u);
 }

@@ -13,11 +13,10 @@
 
 #include "args/arithmetic.h"
 #include "base/machine.h"
+#include "bench_ball.h"
 #include "cli/output_text.h"
 #include "revision.h"
 #include "soup/soup.h"
-#include "soup/texture_table.h"
-#include "train/start/random_start.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/forward_pass.h"
 #include "train/step/soup_buffers.h"
@@ -32,28 +31,6 @@ struct Cost {
 };
 
 using Costs = std::map<std::string, Cost>;
-
-/// Returns cameras around a ball of triangles. The ball covers about half of each view with about three layers.
-std::vector<train::BatchView> cameras(const StepsOptions& c) {
-  std::vector<train::BatchView> views;
-  for (std::uint32_t i = 0; i < c.views; ++i) {
-    scene::Camera camera;
-    camera.width = camera.height = static_cast<int>(c.side);
-    camera.fx = camera.fy = 1.4 * c.side;
-    camera.cx = camera.cy = 0.5 * c.side;
-    const double angle = 1.5707963 * i;
-    const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
-    glm::dmat4 world_from_camera(1.0);
-    world_from_camera[0] = glm::dvec4(x, 0);
-    world_from_camera[1] = glm::dvec4(y, 0);
-    world_from_camera[2] = glm::dvec4(z, 0);
-    world_from_camera[3] = glm::dvec4(-z, 1);
-    camera.world_to_camera = glm::inverse(world_from_camera);
-    views.push_back(train::batch_view(camera, 0.025, 2.5));
-    views.back().index = i;
-  }
-  return views;
-}
 
 /// Counts from which bytes and operations are computed.
 struct Counts {
@@ -135,14 +112,13 @@ Counts count(gpu::Device& gpu, const StepsOptions& c, const train::SoupBuffers& 
 
 Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   train::SoupBuffers soup;
-  const glm::vec3 half(0.25f);
-  // The total area of the triangles does not depend on their number.
-  const double radius = 0.25 * std::sqrt(16.0 / c.triangles);
-  const auto vertices = soup::triangles_in_box(c.triangles, -half, half, radius, 1);
-  train::allocate_soup(gpu, soup, vertices, soup::make_texture_table(c.triangles, {c.level_min, c.level_max}).entries);
-  train::allocate_mlp(gpu, soup, train::initial_mlp(1));
+  load_ball(gpu, soup, c.triangles, {c.level_min, c.level_max});
   train::BatchBuffers buffers(gpu);
-  std::vector<train::BatchView> views = cameras(c);
+  std::vector<train::BatchView> views;
+  for (const scene::Camera& camera : cameras_around(c.views, c.side)) {
+    views.push_back(train::batch_view(camera, 0.025, 2.5));
+    views.back().index = static_cast<std::uint32_t>(views.size() - 1);
+  }
   const gpu::Buffer photos = add_noise(gpu, views, c.side);
   buffers.set_batch(views, c.triangles, true);
   train::StepInputs inputs;  // every texture is updated, so that the number of bytes is known

@@ -1,4 +1,4 @@
-// soup-bench: measures training steps, kernel resources and frame times, and runs plans of trainings.
+// soup-bench: measures training steps, kernel resources, image metrics and frame times, and runs plans of trainings.
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -8,6 +8,7 @@
 
 #include "bench_frames.h"
 #include "bench_kernels.h"
+#include "bench_measures.h"
 #include "bench_run.h"
 #include "bench_steps.h"
 #include "cli/option_names.h"
@@ -36,6 +37,18 @@ void add_steps(CLI::App& app, gpu::DeviceOptions& options, bench::StepsOptions& 
   sub->add_option("--most-triangles", base.most_triangles,
                   "largest number of triangles in the growth table; below 1000: no table [60000]");
   sub->add_option("--json", base.json, "also write the values to this JSON file; -: standard output");
+}
+
+CLI::App* add_measures(CLI::App& app, gpu::DeviceOptions& options, bench::MeasuresOptions& measures) {
+  auto* sub = app.add_subcommand("measures", "time of PSNR, SSIM, MS-SSIM and FLIP of a view, beside rendering it");
+  sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else cpu]");
+  sub->add_option("--device", options.device, "number printed by soup-train --list-devices, or part of the name");
+  sub->add_option("--size", measures.side, "side of the square views, pixels, from 161 on [800]")
+      ->check(CLI::Range(161, 16384));  // MS-SSIM needs as many
+  sub->add_option("--triangles", measures.triangles, "number of triangles [15000]")->check(CLI::Range(1, 10'000'000));
+  sub->add_option("--repeats", measures.repeats, "evaluations timed [5]")->check(CLI::PositiveNumber);
+  sub->add_option("--json", measures.json, "also write the values to this JSON file; -: standard output");
+  return sub;
 }
 
 CLI::App* add_kernels(CLI::App& app, gpu::DeviceOptions& options, bench::KernelsOptions& kernels) {
@@ -98,6 +111,8 @@ int main(int argc, char** argv) {
   add_steps(app, options, base);
   bench::KernelsOptions kernels;
   const CLI::App* kernels_sub = add_kernels(app, options, kernels);
+  bench::MeasuresOptions measures;
+  const CLI::App* measures_sub = add_measures(app, options, measures);
   FramesOptions frames;
   std::string shading;
   const CLI::App* frames_sub = add_frames(app, options, frames, shading);
@@ -122,6 +137,10 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "soup-bench: %s\n", note.c_str());
     if (*kernels_sub) {
       bench::kernels(*device, kernels);
+      return 0;
+    }
+    if (*measures_sub) {
+      bench::measures(*device, measures);
       return 0;
     }
     if (*frames_sub) {

@@ -116,8 +116,7 @@ void add_options(CLI::App& app, Options& o) {
 /// LPIPS of each view, as it is shown.
 class LpipsOfViews {
  public:
-  LpipsOfViews(gpu::Device& gpu, const std::string& path)
-      : lpips_(gpu, train::read_lpips(soup::Safetensors::open(path))) {}
+  LpipsOfViews(gpu::Device& gpu, const std::string& path) : lpips_(gpu, train::read_lpips(path)) {}
 
   void measure(const scene::View& view, const std::vector<float>& colour) {
     values_.push_back(lpips_.measure(colour, view.image));

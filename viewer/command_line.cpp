@@ -11,6 +11,7 @@
 
 #include "base/printable.h"
 #include "cli/parse_errors.h"
+#include "image/exr_file.h"
 
 namespace trisoup::viewer {
 namespace {
@@ -65,6 +66,9 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
   if (c.fps && !c.cameras && !c.video) return "--fps needs --cameras or --video; give one of them";
   const bool pictures = c.screenshot || (views && c.output);
   if (!c.data.empty() && !pictures) return "--data needs --screenshot, or -o with --path or --cameras";
+  if (app.count("--data-format") > 0 && c.data.empty()) return "--data-format needs --data; give both";
+  if (c.exr && !writes_exr())
+    return "--data-format exr: this build has no OpenEXR; install libopenexr-dev and build again, or give npy";
   if (c.transparent && !pictures) return "--background none needs --screenshot, or -o with --path or --cameras";
   if (c.transparent && c.video) return "--background none is for pictures; leave out --video";
   if (!c.dataparser.empty() && !c.cameras) return "--dataparser needs --cameras; give both";
@@ -88,7 +92,7 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
 
 /// Texts of options that are parsed after all options are known. Empty: not given.
 struct Texts {
-  std::string size, background, up, mode, aa, data;
+  std::string size, background, up, mode, aa, data, data_format;
 };
 
 void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving) {
@@ -176,14 +180,17 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
                  "anti-aliasing: none, msaa (4 visibility samples) or ssaa (2 x 2 shaded samples)\n"
                  "[msaa; none for --benchmark and in windows drawn by a CPU]")
       ->group(picture);
-  app.add_option(
-         "--data", texts.data,
-         "kinds separated by commas, each written as NAME.KIND.npy beside its image; the centre of each pixel:\n"
-         "depth, ray_depth: along the viewing axis, from the eye; dataset units, infinite where nothing is\n"
-         "triangle: number in the model from 0, -1 where nothing is\n"
-         "barycentrics: weights of its three vertices; normal: unit length, dataset axes, towards the camera;\n"
-         "  0 where nothing is\n"
-         "alpha: coverage from 0 to 1, anti-aliased")
+  app.add_option("--data", texts.data,
+                 "kinds separated by commas, written beside the image as NAME.KIND.npy; at the centre of each pixel:\n"
+                 "depth, ray_depth: along the viewing axis, from the eye; dataset units, infinite where nothing is\n"
+                 "triangle: number in the model from 0, -1 where nothing is\n"
+                 "barycentrics: weights of its three vertices; normal: unit length, dataset axes, towards the camera;\n"
+                 "  0 where nothing is\n"
+                 "alpha: coverage from 0 to 1, anti-aliased\n"
+                 "features: 8 texture values (the channels of --mode channel), from 0 to 1; 0 where nothing is")
+      ->group(picture);
+  app.add_option("--data-format", texts.data_format,
+                 "npy, or exr: one NAME.exr with the image, scene-linear, and the kinds as channels [npy]")
       ->group(picture);
   app.add_option("--background", texts.background,
                  "white, black, none (transparent PNG) or R,G,B from 0 to 1 [from the model]")
@@ -205,7 +212,7 @@ std::string read_data(const std::string& list, CommandLine& c) {
 
 /// Parses `texts` into `c`. Returns an error message, or an empty string.
 std::string read_texts(const Texts& texts, CommandLine& c) {
-  const auto& [size, background, up, mode, aa, data] = texts;
+  const auto& [size, background, up, mode, aa, data, data_format] = texts;
   if (!size.empty() && !(c.size = size_from(size)))
     return fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size);
   c.transparent = background == "none";
@@ -225,6 +232,9 @@ std::string read_texts(const Texts& texts, CommandLine& c) {
     if (!a) return fmt::format("--aa {}: give none, msaa or ssaa", aa);
     c.aa = *a;
   }
+  if (!data_format.empty() && data_format != "npy" && data_format != "exr")
+    return fmt::format("--data-format {}: give npy or exr", printable(data_format));
+  c.exr = data_format == "exr";
   return read_data(data, c);
 }
 

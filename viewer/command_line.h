@@ -20,6 +20,7 @@ struct CommandLine {
   std::string dataset;  // source of photographs and cameras; empty: the model's cameras
   std::optional<std::string> screenshot, path, output, camera, json, cameras, video;
   std::vector<render::PixelData> data;  // written beside each picture
+  bool exr = false;                     // as one OpenEXR file instead of .npy files
   bool transparent = false;             // --background none
   std::string dataparser;               // of nerfstudio; empty: none
   bool benchmark = false, list_devices = false;

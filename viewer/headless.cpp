@@ -18,6 +18,7 @@
 #include "cli/output_text.h"
 #include "file_cameras.h"
 #include "image/image_file.h"
+#include "render/exr_layers.h"
 #include "render/pixel_data.h"
 #include "train/quality/evaluate.h"
 #include "video.h"
@@ -78,37 +79,67 @@ Image transparent_picture(Setting& s, const render::View& view) {
   return render::transparent(over_black, s.renderer.picture(s.model, view, draw));
 }
 
-/// Writes NAME.KIND.npy beside NAME.png.
-void write_data(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
-  const scene::Camera drawn = s.lens(camera);
+/// Returns the points that the pixels' centres show.
+std::vector<render::SurfacePoint> points_of(Setting& s, const scene::Camera& camera) {
+  render::DrawOptions one_sample = s.draw;
+  one_sample.aa = render::AntiAliasing::none;
+  s.renderer.picture(s.model, s.view(camera), one_sample);
+  return render::surface_points(s.subject.model, s.lens(camera), s.renderer.hits());
+}
+
+/// A picture, and what --data adds to it.
+struct Drawn {
+  Image image;                               // with straight alpha if --background none
+  std::optional<Image> cutout;               // with straight alpha, if that or alpha is wanted
+  std::vector<render::SurfacePoint> points;  // of the pixels' centres; empty: not wanted
+};
+
+Drawn drawn_picture(Setting& s, const scene::Camera& camera) {
   const render::View view = s.view(camera);
-  std::vector<render::SurfacePoint> points;
+  const auto& data = s.options.data;
+  Drawn drawn;
+  if (!s.options.transparent) drawn.image = s.renderer.picture(s.model, view, s.draw);
+  const auto alphas = std::count(data.begin(), data.end(), render::PixelData::alpha);
+  if (s.options.transparent || alphas > 0) drawn.cutout = transparent_picture(s, view);
+  if (s.options.transparent) drawn.image = *drawn.cutout;
+  if (static_cast<std::size_t>(alphas) < data.size()) drawn.points = points_of(s, camera);
+  return drawn;
+}
+
+/// Writes NAME.KIND.npy beside NAME.png for each kind.
+void write_npy(const Setting& s, const std::filesystem::path& png, const Drawn& drawn, const scene::Camera& lens) {
   for (const render::PixelData kind : s.options.data) {
-    std::string bytes;
-    if (kind == render::PixelData::alpha) {
-      bytes = render::npy_of_alpha(transparent_picture(s, view));
-    } else {
-      if (points.empty()) {
-        render::DrawOptions one_sample = s.draw;
-        one_sample.aa = render::AntiAliasing::none;
-        s.renderer.picture(s.model, view, one_sample);
-        points = render::surface_points(s.subject.model, drawn, s.renderer.hits());
-      }
-      bytes = render::npy_of(kind, points, drawn, s.subject.model);
-    }
     std::filesystem::path path = png;
     path.replace_extension(fmt::format(".{}.npy", render::kPixelDataNames[static_cast<std::size_t>(kind)]));
-    write_file_atomically(path, bytes_of(bytes));
+    write_file_atomically(
+        path, bytes_of(kind == render::PixelData::alpha ? render::npy_of_alpha(*drawn.cutout)
+                                                        : render::npy_of(kind, drawn.points, lens, s.subject.model)));
   }
+}
+
+/// Writes NAME.exr beside NAME.png.
+void write_exr(const Setting& s, const std::filesystem::path& png, const Drawn& drawn, const scene::Camera& lens) {
+  std::vector<ExrChannel> channels =
+      drawn.cutout ? render::exr_colours(*drawn.cutout, true) : render::exr_colours(drawn.image, false);
+  for (const render::PixelData kind : s.options.data) {
+    if (kind == render::PixelData::alpha) continue;
+    for (ExrChannel& channel : render::exr_channels(kind, drawn.points, lens, s.subject.model))
+      channels.push_back(std::move(channel));
+  }
+  std::filesystem::path path = png;
+  path.replace_extension(".exr");
+  write_file_atomically(path, bytes_of(encode_exr(lens.width, lens.height, channels)));
 }
 
 /// Writes a picture and its data. Returns the picture.
 Image write_picture(Setting& s, const std::filesystem::path& png, const scene::Camera& camera) {
-  const render::View view = s.view(camera);
-  Image image = s.options.transparent ? transparent_picture(s, view) : s.renderer.picture(s.model, view, s.draw);
-  write_png(png, image);
-  write_data(s, png, camera);
-  return image;
+  Drawn drawn = drawn_picture(s, camera);
+  write_png(png, drawn.image);
+  if (s.options.exr)
+    write_exr(s, png, drawn, s.lens(camera));
+  else
+    write_npy(s, png, drawn, s.lens(camera));
+  return std::move(drawn.image);
 }
 
 void screenshot(Setting& s) {

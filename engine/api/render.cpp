@@ -36,7 +36,7 @@ void take_hits(Rendering& rendering, const std::vector<kernels::Hit>& hits, cons
     for (const kernels::Hit& hit : hits) rendering.alpha.push_back(hit.triangle > 0 ? 1.0f : 0.0f);
   if (options.triangle)
     for (const kernels::Hit& hit : hits) rendering.triangle.push_back(static_cast<std::int32_t>(hit.triangle) - 1);
-  if (!options.barycentrics && !options.depth && !options.normal) return;
+  if (!options.barycentrics && !options.depth && !options.normal && !options.features) return;
   std::vector<std::uint32_t> triangles;
   triangles.reserve(hits.size());
   for (const kernels::Hit& hit : hits) triangles.push_back(hit.triangle);
@@ -45,6 +45,7 @@ void take_hits(Rendering& rendering, const std::vector<kernels::Hit>& hits, cons
   if (options.barycentrics) rendering.barycentrics = values(render::PixelData::barycentrics);
   if (options.depth) rendering.depth = values(render::PixelData::depth);
   if (options.normal) rendering.normal = values(render::PixelData::normal);
+  if (options.features) rendering.features = values(render::PixelData::features);
 }
 
 }  // namespace
@@ -75,12 +76,14 @@ Rendering Model::render(Device& device, const Camera& camera, const RenderOption
   rendering.height = camera.height;
   const std::size_t pixels = std::size_t(camera.width) * std::size_t(camera.height);
   std::vector<kernels::Hit> hits;
-  train::for_each_batch(
-      gpu, loaded.soup, buffers, std::span(&view, 1), options.colour, inputs, 1, [&](std::size_t, std::size_t) {
-        if (options.colour) rendering.colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
-        if (options.alpha || options.triangle || options.barycentrics || options.depth || options.normal)
-          hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
-      });
+  train::for_each_batch(gpu, loaded.soup, buffers, std::span(&view, 1), options.colour, inputs, 1,
+                        [&](std::size_t, std::size_t) {
+                          if (options.colour)
+                            rendering.colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
+                          if (options.alpha || options.triangle || options.barycentrics || options.depth ||
+                              options.normal || options.features)
+                            hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
+                        });
   take_hits(rendering, hits, options, model, seen);
   return rendering;
 }

@@ -99,10 +99,8 @@ std::string text_of(const std::vector<std::uint64_t>& shape) {
   return text.empty() ? "scalar" : text;
 }
 
-constexpr const char* kFix = "use an earlier checkpoint or write the file again";
-
 /// Parses the header, a JSON object.
-nlohmann::json parse_header(std::span<const std::byte> header, const std::string& where) {
+nlohmann::json parse_header(std::span<const std::byte> header, const std::string& where, const std::string& fix) {
   using nlohmann::json;
   const char* text = reinterpret_cast<const char*>(header.data());
   // JSON parsers silently keep the last of two equal keys. Two arrays with the same name are an error here.
@@ -119,20 +117,20 @@ nlohmann::json parse_header(std::span<const std::byte> header, const std::string
     return true;
   };
   const json root = json::parse(text, text + header.size(), watch, /*allow_exceptions=*/false);
-  if (repeated) throw Error("{}: the header contains '{}' twice; {}", where, twice, kFix);
-  if (!root.is_object()) throw Error("{}: the header is not a JSON object; {}", where, kFix);
+  if (repeated) throw Error("{}: the header contains '{}' twice; {}", where, twice, fix);
+  if (!root.is_object()) throw Error("{}: the header is not a JSON object; {}", where, fix);
   return root;
 }
 
 /// Reads an array's entry in the header. data_size: bytes after the header.
 TensorInfo read_tensor(const std::string& name, const nlohmann::json& value, std::uint64_t data_size,
-                       const std::string& where) {
+                       const std::string& where, const std::string& fix) {
   const auto count = [](const nlohmann::json& number) { return number.is_number_unsigned(); };
   const auto dtype = value.find("dtype"), shape = value.find("shape"), offsets = value.find("data_offsets");
   if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() ||
       offsets == value.end() || !offsets->is_array() || offsets->size() != 2 ||
       !std::all_of(shape->begin(), shape->end(), count) || !std::all_of(offsets->begin(), offsets->end(), count))
-    throw Error("{}: array '{}' has no valid dtype, shape or data_offsets; {}", where, printable(name), kFix);
+    throw Error("{}: array '{}' has no valid dtype, shape or data_offsets; {}", where, printable(name), fix);
 
   TensorInfo info;
   const auto row = std::find_if(kDtypes.begin(), kDtypes.end(),
@@ -146,11 +144,11 @@ TensorInfo read_tensor(const std::string& name, const nlohmann::json& value, std
   info.end = (*offsets)[1].get<std::uint64_t>();
   if (info.begin > info.end || info.end > data_size)
     throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is truncated or damaged; {}", where,
-                printable(name), info.begin, info.end, data_size, kFix);
+                printable(name), info.begin, info.end, data_size, fix);
   std::uint64_t bytes = 0;
   if (!byte_size(info.shape, info.dtype, bytes) || bytes != info.end - info.begin)
     throw Error("{}: array '{}' has {} bytes, which does not match its shape; {}", where, printable(name),
-                info.end - info.begin, kFix);
+                info.end - info.begin, fix);
   if (info.begin % row->size != 0)
     throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where,
                 printable(name));
@@ -158,8 +156,8 @@ TensorInfo read_tensor(const std::string& name, const nlohmann::json& value, std
 }
 
 /// Throws Error unless the arrays cover the data exactly, which also detects bytes appended to a file.
-void check_coverage(const std::map<std::string, TensorInfo>& tensors, std::uint64_t data_size,
-                    const std::string& where) {
+void check_coverage(const std::map<std::string, TensorInfo>& tensors, std::uint64_t data_size, const std::string& where,
+                    const std::string& fix) {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
   for (const auto& [name, info] : tensors) ranges.emplace_back(info.begin, info.end);
   std::sort(ranges.begin(), ranges.end());
@@ -167,10 +165,10 @@ void check_coverage(const std::map<std::string, TensorInfo>& tensors, std::uint6
   for (const auto& [begin, end] : ranges) {
     if (begin != reached)
       throw Error("{}: arrays {} at byte {}; {}", where, begin < reached ? "overlap" : "leave a gap",
-                  std::min(begin, reached), kFix);
+                  std::min(begin, reached), fix);
     reached = end;
   }
-  if (reached != data_size) throw Error("{}: {} bytes belong to no array; {}", where, data_size - reached, kFix);
+  if (reached != data_size) throw Error("{}: {} bytes belong to no array; {}", where, data_size - reached, fix);
 }
 
 }  // namespace
@@ -236,27 +234,28 @@ void SafetensorsWriter::write(const std::filesystem::path& path) const {
 }
 
 SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size,
-                                           const std::string& where) {
-  const nlohmann::json root = parse_header(header, where);
+                                           const std::string& where, const std::string& fix) {
+  const nlohmann::json root = parse_header(header, where, fix);
   SafetensorsHeader result;
   for (const auto& [name, value] : root.items()) {
-    if (!value.is_object()) throw Error("{}: header entry '{}' is not an object; {}", where, printable(name), kFix);
+    if (!value.is_object()) throw Error("{}: header entry '{}' is not an object; {}", where, printable(name), fix);
     if (name == "__metadata__") {
       for (const auto& [key, entry] : value.items()) {
-        if (!entry.is_string()) throw Error("{}: metadata '{}' is not text; {}", where, printable(key), kFix);
+        if (!entry.is_string()) throw Error("{}: metadata '{}' is not text; {}", where, printable(key), fix);
         result.metadata[key] = entry.get<std::string>();
       }
       continue;
     }
-    result.tensors.emplace(name, read_tensor(name, value, data_size, where));
+    result.tensors.emplace(name, read_tensor(name, value, data_size, where, fix));
   }
-  check_coverage(result.tensors, data_size, where);
+  check_coverage(result.tensors, data_size, where, fix);
   return result;
 }
 
-Safetensors Safetensors::open(const std::filesystem::path& path) {
+Safetensors Safetensors::open(const std::filesystem::path& path, const std::string& fix) {
   Safetensors file;
   file.where_ = path.string();
+  file.fix_ = fix;
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error) throw Error("{}: cannot be opened ({}); check the path", file.where_, error.message());
@@ -265,35 +264,36 @@ Safetensors Safetensors::open(const std::filesystem::path& path) {
 
   std::uint64_t header_size = 0;
   if (size < sizeof header_size || !stream.read(reinterpret_cast<char*>(&header_size), sizeof header_size))
-    throw Error("{}: {} bytes are too short for a safetensors file; {}", file.where_, size, kFix);
+    throw Error("{}: {} bytes are too short for a safetensors file; {}", file.where_, size, fix);
   if (header_size > kMaxHeader || header_size > size - sizeof header_size)
     throw Error(
         "{}: its header should have {} bytes, but the file has {}: it is truncated or not a safetensors file; {}",
-        file.where_, header_size, size, kFix);
+        file.where_, header_size, size, fix);
   std::vector<std::byte> header(header_size);
   const std::uint64_t data_size = size - sizeof header_size - header_size;
   if (!stream.read(reinterpret_cast<char*>(header.data()), static_cast<std::streamsize>(header.size())))
     throw Error("{}: reading failed before the end; check the disk", file.where_);
-  file.header_ = parse_safetensors_header(header, data_size, file.where_);
+  file.header_ = parse_safetensors_header(header, data_size, file.where_, fix);
   file.data_.resize(data_size);
   if (!stream.read(reinterpret_cast<char*>(file.data_.data()), static_cast<std::streamsize>(data_size)))
     throw Error("{}: reading failed before the end; check the disk", file.where_);
   return file;
 }
 
-Safetensors Safetensors::parse(std::span<const std::byte> bytes, const std::string& where) {
+Safetensors Safetensors::parse(std::span<const std::byte> bytes, const std::string& where, const std::string& fix) {
   std::uint64_t header_size = 0;
   if (bytes.size() < sizeof header_size)
-    throw Error("{}: {} bytes are too short for a safetensors file; {}", where, bytes.size(), kFix);
+    throw Error("{}: {} bytes are too short for a safetensors file; {}", where, bytes.size(), fix);
   std::memcpy(&header_size, bytes.data(), sizeof header_size);
   bytes = bytes.subspan(sizeof header_size);
   if (header_size > kMaxHeader || header_size > bytes.size())
     throw Error("{}: its header should have {} bytes, but {} follow: it is truncated or not a safetensors file; {}",
-                where, header_size, bytes.size(), kFix);
+                where, header_size, bytes.size(), fix);
   Safetensors file;
   file.where_ = where;
+  file.fix_ = fix;
   const auto data = bytes.subspan(header_size);
-  file.header_ = parse_safetensors_header(bytes.first(header_size), data.size(), where);
+  file.header_ = parse_safetensors_header(bytes.first(header_size), data.size(), where, fix);
   file.data_.assign(data.begin(), data.end());
   return file;
 }
@@ -320,7 +320,7 @@ std::vector<float> Safetensors::as_floats(const std::string& name, const std::ve
   }
   if (tensor.shape != shape)
     throw Error("{}: array '{}' has shape {} instead of {}; {}", where_, name, text_of(tensor.shape), text_of(shape),
-                kFix);
+                fix_);
   std::vector<float> result(tensor.elements());
   for (std::size_t i = 0; i < result.size(); ++i) {
     std::uint16_t half = 0;
@@ -332,7 +332,7 @@ std::vector<float> Safetensors::as_floats(const std::string& name, const std::ve
 
 const TensorInfo& Safetensors::info(const std::string& name) const {
   const auto found = header_.tensors.find(name);
-  if (found == header_.tensors.end()) throw Error("{}: has no array '{}'; {}", where_, name, kFix);
+  if (found == header_.tensors.end()) throw Error("{}: has no array '{}'; {}", where_, name, fix_);
   return found->second;
 }
 
@@ -341,7 +341,7 @@ std::span<const T> Safetensors::values(const std::string& name) const {
   const TensorInfo& tensor = info(name);
   if (tensor.dtype != dtype_of<T>())
     throw Error("{}: array '{}' has type {} instead of {}; {}", where_, name, row_of(tensor.dtype).name,
-                row_of(dtype_of<T>()).name, kFix);
+                row_of(dtype_of<T>()).name, fix_);
   return {reinterpret_cast<const T*>(data_.data() + tensor.begin), tensor.elements()};
 }
 
@@ -349,7 +349,7 @@ template <typename T>
 std::span<const T> Safetensors::values(const std::string& name, const std::vector<std::uint64_t>& shape) const {
   if (info(name).shape != shape)
     throw Error("{}: array '{}' has shape {} instead of {}; {}", where_, name, text_of(info(name).shape),
-                text_of(shape), kFix);
+                text_of(shape), fix_);
   return values<T>(name);
 }
 

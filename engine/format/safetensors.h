@@ -54,24 +54,28 @@ struct TensorInfo {
   std::uint64_t elements() const { return (end - begin) / size_of(dtype); }
 };
 
+/// What to do about a damaged checkpoint.
+inline constexpr const char* kFixCheckpoint = "use an earlier checkpoint or write the file again";
+
 struct SafetensorsHeader {
   std::map<std::string, TensorInfo> tensors;
   std::map<std::string, std::string> metadata;
 };
 
 /// Parses and checks the JSON header of a file whose data part has `data_size` bytes: types are known, sizes match the
-/// shapes, offsets are in range, aligned and do not overlap, and names are unique. `where` begins error messages.
-/// Throws Error.
+/// shapes, offsets are in range, aligned and do not overlap, and names are unique. `where` begins error messages, and
+/// `fix` ends them. Throws Error.
 SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size,
-                                           const std::string& where);
+                                           const std::string& where, const std::string& fix = kFixCheckpoint);
 
 /// A file that was read into memory and checked.
 class Safetensors {
  public:
-  /// Throws Error if the file cannot be read, is truncated or is not valid.
-  static Safetensors open(const std::filesystem::path& path);
+  /// Throws Error if the file cannot be read, is truncated or is not valid. fix: ends messages about damage.
+  static Safetensors open(const std::filesystem::path& path, const std::string& fix = kFixCheckpoint);
   /// The same for the bytes of a file. `where` begins error messages.
-  static Safetensors parse(std::span<const std::byte> bytes, const std::string& where);
+  static Safetensors parse(std::span<const std::byte> bytes, const std::string& where,
+                           const std::string& fix = kFixCheckpoint);
 
   const std::string& where() const { return where_; }  // what error messages begin with
 
@@ -95,7 +99,7 @@ class Safetensors {
   std::vector<float> as_floats(const std::string& name, const std::vector<std::uint64_t>& shape) const;
 
  private:
-  std::string where_;
+  std::string where_, fix_;
   SafetensorsHeader header_;
   std::vector<std::byte> data_;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/host.h"
 #include "image/npy_file.h"
 
 namespace trisoup::render {
@@ -23,7 +24,29 @@ std::array<double, 3> weights_at(std::span<const glm::vec3> corners, const glm::
   return {b0, b1, 1.0 - b0 - b1};
 }
 
+/// Texture values at a point, as the kernels interpolate them.
+std::array<float, soup::kChannels> features_at(const soup::Model& model, const SurfacePoint& point) {
+  std::array<float, soup::kChannels> features{};
+  if (point.triangle < 0) return features;
+  const soup::TextureEntry& texture = model.textures[static_cast<std::size_t>(point.triangle)];
+  const f32::LatticeCell cell = f32::lattice_cell(point.barycentrics[0], point.barycentrics[1], texture.level_max);
+  for (std::size_t c = 0; c < features.size(); ++c) {
+    const auto sample = [&](std::uint32_t i) {
+      return static_cast<float>(model.lattice[(std::size_t(texture.lattice_offset) + i) * soup::kChannels + c]) /
+             255.0f;
+    };
+    features[c] = f32::lattice_mix(cell, sample(cell.i0), sample(cell.i1), sample(cell.i2));
+  }
+  return features;
+}
+
 }  // namespace
+
+std::size_t values_per_pixel(PixelData kind) {
+  return kind == PixelData::features                                    ? soup::kChannels
+         : kind == PixelData::barycentrics || kind == PixelData::normal ? 3
+                                                                        : 1;
+}
 
 std::vector<float> values_of(PixelData kind, std::span<const SurfacePoint> points, const scene::Camera& camera,
                              const soup::Model& model) {
@@ -32,6 +55,10 @@ std::vector<float> values_of(PixelData kind, std::span<const SurfacePoint> point
   for (const SurfacePoint& p : points) {
     if (kind == PixelData::barycentrics) values.insert(values.end(), p.barycentrics.begin(), p.barycentrics.end());
     if (kind == PixelData::normal) values.insert(values.end(), {p.normal.x, p.normal.y, p.normal.z});
+    if (kind == PixelData::features) {
+      const auto features = features_at(model, p);
+      values.insert(values.end(), features.begin(), features.end());
+    }
     if (kind != PixelData::depth && kind != PixelData::ray_depth) continue;
     const glm::dvec3 way = (p.position - eye) / model.scale;
     const double depth = kind == PixelData::depth ? glm::dot(way, ahead) : glm::length(way);
@@ -81,7 +108,7 @@ std::string npy_of(PixelData kind, std::span<const SurfacePoint> points, const s
     for (const SurfacePoint& point : points) triangles.push_back(point.triangle);
     return encode_npy(triangles, shape);
   }
-  if (kind == PixelData::barycentrics || kind == PixelData::normal) shape.push_back(3);
+  if (values_per_pixel(kind) > 1) shape.push_back(values_per_pixel(kind));
   return encode_npy(values_of(kind, points, camera, model), shape);
 }
 

@@ -16,9 +16,9 @@
 namespace trisoup::render {
 
 /// Kinds of numbers.
-enum class PixelData { depth, ray_depth, triangle, barycentrics, normal, alpha };
-inline constexpr std::array<const char*, 6> kPixelDataNames{"depth",        "ray_depth", "triangle",
-                                                            "barycentrics", "normal",    "alpha"};
+enum class PixelData { depth, ray_depth, triangle, barycentrics, normal, alpha, features };
+inline constexpr std::array<const char*, 7> kPixelDataNames{"depth",  "ray_depth", "triangle", "barycentrics",
+                                                            "normal", "alpha",     "features"};
 std::optional<PixelData> pixel_data_from(std::string_view name);
 
 /// Where the ray through the centre of a pixel meets its visible triangle.
@@ -35,15 +35,19 @@ struct SurfacePoint {
 std::vector<SurfacePoint> surface_points(const soup::Model& model, const scene::Camera& camera,
                                          std::span<const std::uint32_t> hits);
 
-/// Returns numbers of one kind, [height][width] or [height][width][3], as npy_of() writes them. Only for depth,
-/// ray_depth, barycentrics and normal.
+/// Numbers that a kind has for each pixel.
+std::size_t values_per_pixel(PixelData kind);
+
+/// Returns numbers of one kind, [height][width] or [height][width][values_per_pixel], as npy_of() writes them. Not for
+/// triangle and alpha.
 std::vector<float> values_of(PixelData kind, std::span<const SurfacePoint> points, const scene::Camera& camera,
                              const soup::Model& model);
 
 /// Encodes one kind as a .npy file. depth: float32 [height, width], along the viewing axis; ray_depth: the same, from
 /// the eye; both in units of the dataset, infinite where nothing is visible. triangle: int32 [height, width], from 0,
 /// -1 for nothing. barycentrics, normal: float32 [height, width, 3], 0 for nothing; normals have the dataset's axes.
-/// Not for alpha.
+/// features: float32 [height, width, 8], what the texture gives at the point, 0 to 1: base red, green and blue, weight
+/// of the MLP's residual, three latent values, opacity; 0 for nothing. Not for alpha.
 std::string npy_of(PixelData kind, std::span<const SurfacePoint> points, const scene::Camera& camera,
                    const soup::Model& model);
 

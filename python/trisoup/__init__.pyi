@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 _Path = Union[str, PathLike[str]]
 _DeviceLike = Union[None, str, "Device"]
-_Output = Literal["colour", "alpha", "triangle", "barycentrics", "depth", "normal"]
+_Output = Literal["colour", "alpha", "triangle", "barycentrics", "depth", "normal", "features"]
 _ImageLoss = Callable[[NDArray[np.float32], NDArray[np.float32], str], Union[ArrayLike, None]]
 
 __version__: str

@@ -10,7 +10,8 @@ namespace KERNEL_TYPES {
 struct CompareFeaturesArgs {
   POINTER(Floats) first, second;  // [channels][pixels]
   POINTER(Floats) weights;        // [channels]
-  POINTER(Uints) sums;  // added to: sum over the pixels in fixed point, in units of IMAGE_SUM_UNIT (two words)
+  POINTER(Uints) sums;      // added to: sum over the pixels in fixed point, in units of IMAGE_SUM_UNIT (two words)
+  POINTER(Uints) overflow;  // set to 1 if a distance is not finite or too large to add
   uint pixels, channels;
 };
 

@@ -13,6 +13,7 @@ struct ConvolveArgs {
   POINTER(Float4s) weights;  // [channels][size][size][CONVOLVE_CHANNELS]
   POINTER(Float4s) bias;     // [CONVOLVE_CHANNELS]
   POINTER(Floats) result;    // [CONVOLVE_CHANNELS][result_height][result_width]
+  POINTER(Uints) overflow;   // set to 1 if a value is not finite
   uint channels, width, height;
   uint result_width, result_height;
   uint result_channels;  // to write, at most CONVOLVE_CHANNELS

@@ -8,6 +8,7 @@ const float kLargestLogit = 1e30f;
 // Edge functions are products of at most three coordinates. Coordinates below this limit do not overflow.
 const float kLargestCoordinate = 1e12f;
 
+FN bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 FN bool usable(float x, float limit) { return (floatBitsToUint(x) & 0x7fffffffu) < floatBitsToUint(limit); }
 FN bool usable(vec3 x, float limit) { return usable(x.x, limit) && usable(x.y, limit) && usable(x.z, limit); }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "format/safetensors.h"
 #include "gpu/small_scene.h"
 #include "temporary_folder.h"
 #include "train/quality/lpips.h"
@@ -49,7 +50,7 @@ std::string whole_file(const SmallNetwork& network) {
 }
 
 train::LpipsNetwork parse_network(const std::string& bytes) {
-  return train::read_lpips(soup::Safetensors::parse(std::as_bytes(std::span(bytes)), "network"));
+  return train::parse_lpips(std::as_bytes(std::span(bytes)), "network");
 }
 
 std::string message_of_network(const std::string& bytes) {
@@ -191,7 +192,7 @@ TEST_CASE("LPIPS: half precision is read", "[lpips]") {
   writer.metadata({{"layers", network.layers}});
   const test::TemporaryFolder folder;
   writer.write(folder / "half");
-  const train::LpipsNetwork read = train::read_lpips(soup::Safetensors::open(folder / "half"));
+  const train::LpipsNetwork read = train::read_lpips(folder / "half");
   for (std::size_t i = 0; i < known.size(); ++i) CHECK(read.layers[1].weights[i] == known[i].second);
 }
 
@@ -203,6 +204,7 @@ TEST_CASE("LPIPS: what is wrong with a file is said", "[lpips]") {
     return message_of_network(whole_file(network));
   };
   CHECK(message([](SmallNetwork&) {}).empty());
+  CHECK_THAT(message_of_network(std::string(20, 'x')), Contains("copy it again") && !Contains("checkpoint"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:1"; }), Contains("no layer is a tap"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:1 tap"; }), Contains("belongs to no layer"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers += " tap"; }), Contains("'tap.3.weight'"));
@@ -214,6 +216,36 @@ TEST_CASE("LPIPS: what is wrong with a file is said", "[lpips]") {
   CHECK_THAT(message([](SmallNetwork& n) { n.values.at("conv.1.bias")[1] = NAN; }), Contains("not finite"));
   CHECK_THAT(message([](SmallNetwork& n) { n.shapes[2].second = {5, 27, 1, 1}; }), Contains("conv.0.weight"));
   CHECK_THAT(message([](SmallNetwork& n) { n.shapes[4].second = {5, 1}; }), Contains("5x1"));
+}
+
+TEST_CASE("LPIPS: weights that overflow are an error", "[lpips][each_driver]") {
+  auto gpu = test::open_device();
+  const Image photograph{31, 22, std::vector<std::uint8_t>(4 * 31 * 22, 200)};
+  const std::vector<float> colour(3 * 31 * 22, 0.5f);
+  const auto message = [&](const char* array, std::size_t index, float value) -> std::string {
+    SmallNetwork network;
+    network.values.at(array)[index] = value;
+    train::Lpips lpips(*gpu, parse_network(whole_file(network)));
+    try {
+      lpips.measure(colour, photograph);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  CHECK(message("conv.0.weight", 0, 0.5f).empty());
+  CHECK(message("conv.1.bias", 0, -3e38f).empty());  // ReLU makes it 0
+  for (const auto& [array, value] : {std::pair("conv.0.weight", 1e30f),
+                                     {"conv.0.weight", 3e38f},
+                                     {"conv.1.bias", 3e38f},  // finite, but its square is not
+                                     {"conv.2.weight", 1e38f},
+                                     {"tap.1.weight", 1e30f},
+                                     {"scale", 1e-38f}}) {
+    CAPTURE(array, value);
+    CHECK_THAT(message(array, 0, value),
+               Catch::Contains("network: gives no finite number") && Catch::Contains("convert_lpips"));
+  }
+  test::require_silence(*gpu);
 }
 
 TEST_CASE("LPIPS: damaged files are errors or networks, never crashes", "[lpips]") {

@@ -2,12 +2,15 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <span>
 
+#include "args/fetch_features.h"
 #include "gpu/small_scene.h"
 #include "image/npy_file.h"
 #include "render/cameras.h"
 #include "render/pixel_data.h"
 #include "render/renderer.h"
+#include "train/quality/evaluate.h"
 #include "train/quality/evaluate_renderer.h"
 #include "viewer/pick.h"
 
@@ -120,6 +123,38 @@ TEST_CASE("barycentrics and normals belong to the vertices of the named triangle
   }
   CAPTURE(seen, off);
   CHECK(off * 200 <= seen);
+}
+
+TEST_CASE("features of pixels are those that the kernels give to the MLP", "[renderer][pixel_data]") {
+  const Drawn drawn;
+  const auto& [model, camera, black, white, hits] = drawn;
+  const std::vector<render::SurfacePoint> points = render::surface_points(model, camera, hits);
+  auto gpu = test::open_device();
+  const train::SoupBuffers soup = train::load_model(*gpu, model, {model.centre, model.scale});
+  std::vector<kernels::Hit> of_kernels;
+  for (const render::SurfacePoint& p : points)
+    of_kernels.push_back({static_cast<std::uint32_t>(p.triangle + 1), p.barycentrics[0], p.barycentrics[1], 0});
+  const auto pixels = static_cast<std::uint32_t>(points.size());
+  const gpu::Buffer hit_buffer = gpu->allocate(pixels * sizeof(kernels::Hit), "hits");
+  const gpu::Buffer feature_buffer = gpu->allocate(32ull * pixels, "features");
+  gpu->upload(hit_buffer.address(), of_kernels);
+  gpu->launch({"fetch_features"}, (pixels + 63) / 64,
+              kernels::FetchFeaturesArgs{hit_buffer.address(), soup.textures.address(), soup.lattice.address(),
+                                         feature_buffer.address(), pixels, 0,
+                                         static_cast<std::uint32_t>(model.triangles()), 0});
+  const auto wanted = gpu->download_vector<float>(feature_buffer.address(), 8 * std::uint64_t(pixels));
+  const std::vector<float> values = render::values_of(PixelData::features, points, camera, model);
+  std::size_t seen = 0, off = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i].triangle < 0) continue;
+    ++seen;
+    for (std::size_t c = 0; c < 7; ++c) off += std::abs(values[8 * i + c] - wanted[8 * i + c]) > 1e-6f;
+    off += values[8 * i + 7] < 0.5f - 1e-4f;  // visible
+  }
+  CAPTURE(seen);
+  CHECK(seen > 2000);
+  CHECK(off * 200 <= seen);
+  test::require_silence(*gpu);
 }
 
 TEST_CASE("a transparent picture gives both backgrounds back", "[renderer][pixel_data]") {

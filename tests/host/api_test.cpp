@@ -102,17 +102,20 @@ TEST_CASE("pixels of the library's renderings belong together", "[api]") {
   training.run();
   const Model model = training.model();
   const Camera camera = resized(tiny.dataset.test_views().front().camera, 40, 30);
-  RenderOptions all{.alpha = true, .triangle = true, .barycentrics = true, .depth = true, .normal = true};
+  RenderOptions all{
+      .alpha = true, .triangle = true, .barycentrics = true, .depth = true, .normal = true, .features = true};
   all.background = {0.25f, 0.5f, 0.75f};
   const Rendering r = model.render(tiny.device, camera, all);
   REQUIRE((r.colour.size() == 3600 && r.alpha.size() == 1200 && r.triangle.size() == 1200 &&
-           r.barycentrics.size() == 3600 && r.depth.size() == 1200 && r.normal.size() == 3600));
+           r.barycentrics.size() == 3600 && r.depth.size() == 1200 && r.normal.size() == 3600 &&
+           r.features.size() == 9600));
   const std::span<const float> vertices = model.vertices();
   std::size_t shown = 0;
   for (std::size_t i = 0; i < 1200; ++i) {
     const bool covered = r.triangle[i] >= 0;
     REQUIRE((r.alpha[i] == (covered ? 1.0f : 0.0f) && std::isfinite(r.depth[i]) == covered));
     if (!covered) {
+      CHECK((r.features[8 * i] == 0 && r.features[8 * i + 7] == 0));
       CHECK((r.colour[3 * i] == 0.25f && r.colour[3 * i + 2] == 0.75f));
       continue;
     }
@@ -124,6 +127,7 @@ TEST_CASE("pixels of the library's renderings belong together", "[api]") {
         depth += camera.world_to_camera[8 + axis] * double(r.barycentrics[3 * i + corner]) *
                  double(vertices[9 * std::size_t(r.triangle[i]) + 3 * corner + axis]);
     CHECK(depth == Approx(r.depth[i]).epsilon(1e-4));
+    CHECK(r.features[8 * i + 7] > 0.499f);  // it is visible
   }
   CHECK((shown > 50 && shown < 1200));
   CHECK(model.render(tiny.device, camera, {.colour = false}).colour.empty());

@@ -103,11 +103,25 @@ class Results(SceneTest):
         centre = -pose[:3, :3].T @ pose[:3, 3]
         self.assertTrue((((centre - points) * normal[shown]).sum(axis=1) > -1e-6).all())
 
+    def test_features_of_pixels_are_those_of_their_lattices(self) -> None:
+        model = self.model(60)
+        ids, weights, features = model.render(
+            self.scene.test[0].camera, outputs=("triangle", "barycentrics", "features"), device=CPU)
+        self.assertEqual((features.shape, features.dtype), ((*ids.shape, 8), np.float32))
+        self.assertFalse(features[ids < 0].any())
+        for row, column in np.argwhere(ids >= 0)[::7]:
+            side = 2 ** int(model.texture_levels[ids[row, column]])
+            diagonals = [(n - y, y) for n in range(side + 1) for y in range(n + 1)]
+            dx, dy = (side * weights[row, column, :2].astype(np.float64) - np.array(diagonals)).T
+            hats = np.maximum(0, 1 - np.maximum(np.maximum(abs(dx), abs(dy)), abs(dx + dy)))
+            first = model.texture_offsets[ids[row, column]]
+            np.testing.assert_allclose(hats @ model.features[first:first + len(hats)], features[row, column], atol=1e-4)
+
     def test_pixels_are_those_of_the_viewer(self) -> None:
         """soup-view --data writes the same numbers, except where rounding decides between two triangles."""
         model = self.model(60)
         path = self.save(model)
-        kinds = ("triangle", "barycentrics", "depth", "normal")
+        kinds = ("triangle", "barycentrics", "depth", "normal", "features")
         run("soup-view", path, "--screenshot", self.folder / "view.png", "--camera", 0, "--data", ",".join(kinds))
         arrays = dict(zip(kinds, model.render(model.cameras[0].camera, kinds, device=CPU)))
         files = {kind: np.load(self.folder / f"view.{kind}.npy") for kind in kinds}

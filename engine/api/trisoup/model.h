@@ -28,7 +28,8 @@ struct Layer {
 
 /// What Model::render() computes.
 struct RenderOptions {
-  bool colour = true, alpha = false, triangle = false, barycentrics = false, depth = false, normal = false;
+  bool colour = true, alpha = false, triangle = false, barycentrics = false, depth = false, normal = false,
+       features = false;
   std::optional<std::array<float, 3>> background{};  // 0 to 1; nothing: the model's
 };
 

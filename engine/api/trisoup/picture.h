@@ -24,6 +24,8 @@ struct Rendering {
   std::vector<float> barycentrics;     // [height][width][3]: weights of the triangle's vertices; 0 without a triangle
   std::vector<float> depth;   // [height][width]: along the viewing axis, the dataset's units; infinite without one
   std::vector<float> normal;  // [height][width][3]: unit length, towards the camera, the dataset's axes; 0 without one
+  /// [height][width][8]: what the texture gives there, as Model::features(); the last is the opacity. 0 without one
+  std::vector<float> features;
 };
 
 }  // namespace trisoup

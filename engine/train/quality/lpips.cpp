@@ -13,12 +13,14 @@
 #include "args/max_pool.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "format/safetensors.h"
 #include "train/step/fixed_sum.h"
 
 namespace trisoup::train {
 namespace {
 
 constexpr const char* kConvertAgain = "write it with tools/convert_lpips";
+constexpr const char* kCopyAgain = "copy it again, or write it with tools/convert_lpips";
 constexpr std::uint32_t kMostChannels = 4096, kMostSize = 32, kMostLayers = 256;
 
 /// Reads the arrays of a network's layers, in order.
@@ -31,6 +33,7 @@ class NetworkReader {
     if (found == file_.metadata().end())
       throw Error("{}: has no list of layers, so it is not a network of LPIPS; {}", file_.where(), kConvertAgain);
     LpipsNetwork network;
+    network.where = file_.where();
     read_three("shift", network.shift);
     read_three("scale", network.scale);
     if (std::any_of(network.scale.begin(), network.scale.end(), [](float s) { return !(s > 0); }))
@@ -141,7 +144,12 @@ std::uint32_t result_side(std::uint32_t side, const LpipsLayer& layer) {
 
 }  // namespace
 
-LpipsNetwork read_lpips(const soup::Safetensors& file) { return NetworkReader(file).read(); }
+LpipsNetwork read_lpips(const std::filesystem::path& path) {
+  return NetworkReader(soup::Safetensors::open(path, kCopyAgain)).read();
+}
+LpipsNetwork parse_lpips(std::span<const std::byte> bytes, const std::string& where) {
+  return NetworkReader(soup::Safetensors::parse(bytes, where, kCopyAgain)).read();
+}
 
 Lpips::Lpips(gpu::Device& gpu, LpipsNetwork network)
     : gpu_(gpu), network_(std::move(network)), sums_(gpu.allocate(16, "sums of LPIPS")) {
@@ -194,7 +202,7 @@ Lpips::Features Lpips::convolved(const Loaded& loaded, const Features& from) {
           {"convolve", {layer.stride == 1 ? 0u : 1u}}, std::uint64_t((to.width + 63) / 64) * to.height,
           kernels::ConvolveArgs{from.values[picture].address(), loaded.weights.address() + 4 * taps * first,
                                 loaded.bias.address() + 4ull * first, to.values[picture].address() + 4 * pixels * first,
-                                layer.channels, from.width, from.height, to.width, to.height,
+                                sums_.address() + 8, layer.channels, from.width, from.height, to.width, to.height,
                                 std::min<std::uint32_t>(CONVOLVE_CHANNELS, layer.results - first), layer.size,
                                 layer.stride, layer.padding, 0});
       gpu_.cut();
@@ -220,10 +228,13 @@ Lpips::Features Lpips::pooled(const LpipsLayer& layer, const Features& from) {
 double Lpips::distance(const Loaded& loaded, const Features& features) {
   const std::uint32_t pixels = features.width * features.height;
   gpu_.upload(sums_.address(), std::vector<std::uint32_t>{kFixedZero, 0});
-  gpu_.launch({"compare_features"}, (std::uint64_t(pixels) + 63) / 64,
-              kernels::CompareFeaturesArgs{features.values[0].address(), features.values[1].address(),
-                                           loaded.weights.address(), sums_.address(), pixels, loaded.layer.channels});
-  const auto sums = gpu_.download_vector<std::uint32_t>(sums_.address(), 2);
+  gpu_.launch(
+      {"compare_features"}, (std::uint64_t(pixels) + 63) / 64,
+      kernels::CompareFeaturesArgs{features.values[0].address(), features.values[1].address(), loaded.weights.address(),
+                                   sums_.address(), sums_.address() + 8, pixels, loaded.layer.channels});
+  const auto sums = gpu_.download_vector<std::uint32_t>(sums_.address(), 3);
+  if (sums[2] != 0)
+    throw Error("{}: gives no finite number, its weights are too large; {}", network_.where, kConvertAgain);
   return static_cast<double>(IMAGE_SUM_UNIT) * fixed_sum(sums[0], sums[1]) / pixels;
 }
 
@@ -232,6 +243,7 @@ std::optional<double> Lpips::measure(std::span<const float> colour, const Image&
   for (std::size_t i = 3; i < photograph.rgba.size(); i += 4) counts = counts || photograph.rgba[i] >= 128;
   if (!counts) return std::nullopt;
   double sum = 0;
+  gpu_.upload(sums_.address() + 8, std::vector<std::uint32_t>{0});
   Features features = input(colour, photograph);
   for (const Loaded& loaded : layers_) {
     const LpipsLayer& layer = loaded.layer;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "format/safetensors.h"
 #include "gpu/device.h"
 #include "image/image.h"
 
@@ -24,12 +26,15 @@ struct LpipsLayer {
 };
 
 struct LpipsNetwork {
+  std::string where;                      // its file, for messages
   std::array<float, 3> shift{}, scale{};  // input: (2 colour - 1 - shift) / scale
   std::vector<LpipsLayer> layers;
 };
 
-/// Checks and reads a network. Throws Error if the file describes none.
-LpipsNetwork read_lpips(const soup::Safetensors& file);
+/// Reads and checks a network. Throws Error if the file cannot be read or describes none.
+LpipsNetwork read_lpips(const std::filesystem::path& path);
+/// The same for the bytes of a file. `where` begins error messages.
+LpipsNetwork parse_lpips(std::span<const std::byte> bytes, const std::string& where);
 
 /// A network on the device.
 class Lpips {
@@ -38,7 +43,8 @@ class Lpips {
 
   /// Distance of rendering and photograph, 0 if they are the same. Pixels outside the photograph's mask are black in
   /// both. Nothing if no pixel is inside, or if the picture is too small for a layer. Takes 8 bytes per value of the
-  /// two largest layers of device memory. colour: [height][width][3], clamped to 0..1. Throws gpu::OutOfMemory.
+  /// two largest layers of device memory. colour: [height][width][3], clamped to 0..1. Throws gpu::OutOfMemory, and
+  /// Error if the weights are too large for floats.
   std::optional<double> measure(std::span<const float> colour, const Image& photograph);
 
  private:
@@ -59,7 +65,7 @@ class Lpips {
   gpu::Device& gpu_;
   LpipsNetwork network_;  // without weights
   std::vector<Loaded> layers_;
-  gpu::Buffer sums_;
+  gpu::Buffer sums_;  // of a tap, two words; whether a value was too large
 };
 
 }  // namespace trisoup::train
