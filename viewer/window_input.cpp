@@ -55,6 +55,7 @@ void Window::handle_key(int key, int modifiers) {
     if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER) typed_ = true;
     return;
   }
+  if (selecting() && handle_selection_key(key, modifiers)) return;
   if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + static_cast<int>(render::kModes))
     chosen_.draw.mode = static_cast<render::Mode>(key - GLFW_KEY_1);
   switch (key) {
@@ -87,7 +88,10 @@ void Window::handle_key(int key, int modifiers) {
         add_key_frame();
       break;
     case GLFW_KEY_L:
-      chosen_.path = !chosen_.path;
+      toggle_path();
+      break;
+    case GLFW_KEY_B:
+      toggle_selecting();
       break;
     case GLFW_KEY_P:
       take_screenshot();
@@ -141,6 +145,7 @@ void Window::ask_for(FileDialog::For what) {
 }
 
 void Window::handle_clicks() {
+  if (selecting()) return select_by_mouse();
   const ImGuiIO& io = ImGui::GetIO();
   const glm::dvec2 at(io.MousePos.x, io.MousePos.y);
   // The first click of a double click on a camera already moves the picture.
@@ -160,6 +165,7 @@ void Window::handle_mouse() {
   const bool left = drags(ImGuiMouseButton_Left);
   const bool right = drags(ImGuiMouseButton_Right);
   const bool middle = drags(ImGuiMouseButton_Middle);
+  const bool turns = selecting() ? right : left;  // the left button selects
   const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
   const bool on_line = chosen_.compare == Compare::slider && navigation_.snapped() &&
                        std::abs(io.MousePos.x - chosen_.split * io.DisplaySize.x) < 8 * font_scale_;
@@ -169,17 +175,18 @@ void Window::handle_mouse() {
   if (sliding_) {
     chosen_.split = std::clamp(io.MousePos.x / std::max(1.0f, io.DisplaySize.x), 0.0f, 1.0f);
   } else if (dx != 0 || dy != 0) {
-    if (left && io.KeyShift)
+    if (turns && io.KeyShift)
       navigation_.pan(-dx / pixels, dy / pixels);
-    else if (left && io.KeyCtrl)
+    else if (turns && io.KeyCtrl)
       navigation_.look(-radians * dx, radians * dy);
-    else if (left)
+    else if (turns)
       navigation_.orbit(-radians * dx, radians * dy);
     else if (right || middle)
       navigation_.pan(-dx / pixels, dy / pixels);
   }
-  if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
-  if (io.MouseWheel == 0 && (sliding_ || !(left || right || middle) || (dx == 0 && dy == 0))) return;
+  const bool zooms = io.MouseWheel != 0 && !(selecting() && (io.KeyShift || io.KeyCtrl));
+  if (zooms) navigation_.zoom(std::pow(1.15, io.MouseWheel));
+  if (!zooms && (sliding_ || !(turns || right || middle) || (dx == 0 && dy == 0))) return;
   playing_ = false;
   rest_.moved(Clock::now());
 }
