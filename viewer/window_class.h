@@ -123,7 +123,8 @@ class Window {
   void handle_key(int key, int modifiers);
   void handle_mouse();
   void handle_input();
-  bool animated() const;
+  bool animated() const { return navigation_.flying() || playing_ || flies(); }
+  bool flies() const;  // a key that moves the camera is down
   void handle_clicks();
   void ask_for(FileDialog::For what);
 
@@ -276,6 +277,7 @@ class Window {
   std::vector<std::string> dropped_;  // paths to open in the next frame
   std::array<char, 1024> path_{};     // text field
   bool ask_path_ = false, typed_ = false;
+  bool shortcut_ = false;                  // a key was pressed with Ctrl, and perhaps is still down
   std::vector<std::pair<int, int>> keys_;  // keys pressed since the last frame, with modifiers
   float font_scale_ = 0.0f;
   int settling_ = 0;                    // frames of the panels that were laid out, but not drawn, before compiling

@@ -1,5 +1,6 @@
 // Mouse and keys.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -43,11 +44,9 @@ void Window::listen() {
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { of(w)->redraw_ = 3; });
 }
 
-bool Window::animated() const {
-  if (navigation_.flying() || playing_) return true;
-  for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
-    if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
-  return false;
+bool Window::flies() const {
+  constexpr std::array kKeys{GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
+  return std::any_of(kKeys.begin(), kKeys.end(), [this](int key) { return glfwGetKey(window_, key) == GLFW_PRESS; });
 }
 
 void Window::handle_key(int key, int modifiers) {
@@ -197,9 +196,14 @@ void Window::handle_input() {
     handle_mouse();
     handle_clicks();
   }
-  for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
+  // Ctrl S does not fly, even if Ctrl is released first.
+  if (!flies()) shortcut_ = false;
+  for (const auto& [key, modifiers] : std::exchange(keys_, {})) {
+    if (modifiers & GLFW_MOD_CONTROL) shortcut_ = true;
+    handle_key(key, modifiers);
+  }
   if (io.WantTextInput) return;
-  const auto down = [&](int key) { return ImGui::IsKeyDown(key) && !io.KeyCtrl ? 1.0 : 0.0; };
+  const auto down = [&](int key) { return ImGui::IsKeyDown(key) && !io.KeyCtrl && !shortcut_ ? 1.0 : 0.0; };
   const double step = 0.5 * std::min(io.DeltaTime, 0.1f) * (io.KeyShift ? 4.0 : 1.0) * navigation_.home().distance;
   const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q),
                       down(GLFW_KEY_W) - down(GLFW_KEY_S));

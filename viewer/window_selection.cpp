@@ -47,7 +47,8 @@ void Window::toggle_selecting() {
   if (chosen_.edit == Edit::selection) return void(chosen_.edit = Edit::nothing);
   if (!model_) return;
   try {
-    if (live_) throw Error("a training in progress cannot be edited; open its model.glb with soup-view when it is done");
+    if (live_)
+      throw Error("a training in progress cannot be edited; open its model.glb with soup-view when it is done");
     open_selection();
     playing_ = false;
     chosen_.edit = Edit::selection;
@@ -285,7 +286,8 @@ void Window::selection_tools() {
   if (select_.tool == SelectTool::colour)
     ImGui::SliderFloat("Difference", &select_.within, 0.0f, 1.0f, "%.2f");
   else
-    ImGui::SliderFloat("Radius (- =)", &select_.radius, kLeastRadius, kMostRadius, "%.0f", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderFloat("Radius (- =)", &select_.radius, kLeastRadius, kMostRadius, "%.0f",
+                       ImGuiSliderFlags_Logarithmic);
   ImGui::Checkbox("Hidden triangles too (U)", &select_.hidden);
   ImGui::TextUnformatted("Left drag selects, Shift adds, Ctrl removes.\nRight drag orbits. Double click: piece");
 }
@@ -313,8 +315,8 @@ void Window::selection_sets() {
   select_.shows_sphere = false;
   if (button("Outside")) {
     const scene::Normalisation normalisation{subject_->model.centre, subject_->model.scale};
-    selection_->select_outside({normalisation.to_world(pivot_point()),
-                                select_.sphere * navigation_.home().distance / subject_->model.scale});
+    selection_->select_outside(
+        {normalisation.to_world(pivot_point()), select_.sphere * navigation_.home().distance / subject_->model.scale});
   }
   select_.shows_sphere |= ImGui::IsItemHovered();
   ImGui::SameLine();

@@ -23,7 +23,8 @@ soup::Model strips() {
   soup::Model model;
   for (std::uint32_t t = 0; t < 5; ++t) {
     const float x = 10.0f * float(t / 2);
-    for (const glm::vec2 corner : {glm::vec2(0, 0), t % 2 ? glm::vec2(1, 1) : glm::vec2(1, 0), glm::vec2(t % 2 ? 0 : 1, 1)})
+    for (const glm::vec2 corner :
+         {glm::vec2(0, 0), t % 2 ? glm::vec2(1, 1) : glm::vec2(1, 0), glm::vec2(t % 2 ? 0 : 1, 1)})
       model.vertices.emplace_back(x + corner.x, corner.y, 0.0f);
     model.textures.push_back({0, 3 * t, 0, 0});
     for (int s = 0; s < 3; ++s)
