@@ -20,7 +20,7 @@ struct Selecting {
   float radius = 20;            // of the brush, window units
   float within = 0.1f;          // largest difference of colours
   int below = 20;               // triangles of a piece that is not small
-  float sphere = 0.5f;          // radius, in units of the distance from which the soup fits the window
+  float sphere = 0.3f;          // radius, in units of the distance from which the soup fits the window
   bool hidden = false;          // brush and lasso select hidden triangles too
   bool shows_sphere = false;    // the mouse is over the sphere's controls
   bool stroke = false;          // the mouse draws with brush or lasso

@@ -77,7 +77,10 @@ void Window::view_panel() {
     if (ImGui::Button("Picture (P)")) take_screenshot();
     if (ImGui::Button("Camera path (L)")) toggle_path();
     ImGui::SameLine();
-    if (!live_ && ImGui::Button("Select (B)")) toggle_selecting();
+    if (!live_) {
+      if (ImGui::Button("Select (B)")) toggle_selecting();
+      ImGui::SameLine();
+    }
     if (ImGui::Button("Help (H)")) chosen_.help = !chosen_.help;
   } else if (live_) {
     ImGui::TextUnformatted("The soup appears when training begins.");
@@ -200,7 +203,7 @@ void Window::help_panel() {
       "B              select triangles: drag; Shift\n"
       "               adds, Ctrl removes, right orbits\n"
       "M, U           brush, lasso, colour; hidden too\n"
-      "- =, Shift wheel  size of the brush\n"
+      "- =            size of the brush (Shift wheel)\n"
       "I, J, Escape   invert, whole pieces, none\n"
       "Delete         remove what is selected\n"
       "Ctrl S, Ctrl Z save path or model, undo\n"
