@@ -173,6 +173,7 @@ class Window {
   void mark_selection();
   void select_by_mouse();
   void begin_stroke(const glm::dvec2& at);
+  void continue_stroke();  // begins and ends it too
   void continue_brush(const glm::dvec2& from, const glm::dvec2& to);
   void close_lasso();
   void resize_brush(double steps);

@@ -81,6 +81,7 @@ void Window::show_selection() {
     }
     mark_selection();
   } catch (const std::exception& e) {
+    model_.reset();  // its triangles have other numbers than the selection
     complain(e.what());
   }
 }
@@ -166,9 +167,18 @@ void Window::begin_stroke(const glm::dvec2& at) {
 }
 
 void Window::select_by_mouse() {
+  if (sliding_ || navigation_.flying()) return;
+  try {
+    continue_stroke();
+  } catch (const std::exception& e) {
+    select_.stroke = false;
+    complain(e.what());
+  }
+}
+
+void Window::continue_stroke() {
   const ImGuiIO& io = ImGui::GetIO();
   const glm::dvec2 at(io.MousePos.x, io.MousePos.y);
-  if (sliding_ || navigation_.flying()) return;
   if (io.MouseWheel != 0 && (io.KeyShift || io.KeyCtrl)) resize_brush(io.MouseWheel);
   if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return begin_stroke(at);
   if (!select_.stroke) return;
