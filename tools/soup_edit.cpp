@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstddef>
@@ -12,7 +11,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,16 +20,11 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
-#include "base/read_file.h"
 #include "cli/option_names.h"
 #include "cli/parse_errors.h"
-#include "format/glb.h"
 #include "format/model_file.h"
-#include "format/model_parts.h"
-#include "format/plain_colours.h"
-#include "run/model_options.h"
+#include "run/edited_model.h"
 #include "scene/text/number_text.h"
-#include "soup/bake.h"
 #include "soup/crop.h"
 #include "soup/pieces.h"
 #include "soup/selection.h"
@@ -41,8 +34,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Precision of vertices that were rounded for a web page; the default of soup-export.
-constexpr double kVertexShare = 1.0 / 8;
 constexpr double kMostNumber = 1e12;  // beyond it a model cannot store coordinates
 
 struct CommandLine {
@@ -53,7 +44,7 @@ struct CommandLine {
   std::optional<double> within;    // distance of colours
   std::optional<std::size_t> pieces_below, keep_pieces;
   std::optional<double> pieces_smaller;  // share of the area
-  double gap = 0.05;                     // longest edges of the smaller of two triangles
+  double gap = soup::kUsualGap;          // longest edges of the smaller of two triangles
   bool dry_run = false, overwrite = false;
 
   bool edits() const { return !region.empty() || !colours.empty() || pieces_below || pieces_smaller || keep_pieces; }
@@ -194,72 +185,23 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
 }
 
 /// Returns where the new model goes. Throws Error if its name does not end with .glb or the file may not be replaced.
-fs::path new_file(const CommandLine& c, const fs::path& model) {
-  const fs::path file(c.output);
-  if (file.extension() != ".glb")
-    throw Error("-o {}: a model is a .glb file; give a name that ends with .glb", printable(c.output));
+fs::path new_file(const CommandLine& c, const train::EditedModel& opened) {
+  fs::path file(c.output);
+  opened.check_output(file);
   std::error_code none;
-  if (fs::equivalent(file, model, none))
-    throw Error("-o {}: is the model itself; choose another name", printable(c.output));
   if (!c.overwrite && fs::exists(file, none))
     throw Error("{}: exists already; give --overwrite to replace it, or choose another -o", printable(c.output));
   return file;
 }
 
-/// The RGB of every sample in a copy of a model whose lattice has the colours that other viewers show.
-std::vector<std::uint8_t> colours_in(const soup::Model& plain) {
-  std::vector<std::uint8_t> colours;
-  colours.reserve(plain.lattice.size() / soup::kChannels * 3);
-  for (std::size_t i = 0; i < plain.lattice.size(); i += soup::kChannels)
-    for (std::size_t c = 0; c < 3; ++c) colours.push_back(plain.lattice[i + c]);
-  return colours;
-}
-
-/// A model's file as it was read.
-struct Opened {
-  fs::path path;
-  std::string bytes;
-  soup::ModelFile file;
-  std::optional<soup::Model> plain;  // with the baked colours; none in models of web pages
-
-  explicit Opened(const fs::path& from) : path(from), bytes(read_file(from)) {
-    const auto view = std::as_bytes(std::span(bytes));
-    file = soup::decode_model(view, path.string());
-    plain = soup::read_plain_colours(view, path.string());
-  }
-
-  /// Returns the file of the triangles `kept`. What else the file has stays.
-  std::vector<std::byte> encoded(const std::vector<std::uint32_t>& kept) const {
-    soup::ModelFileOptions about;
-    about.up = file.up;
-    if (!file.cameras.empty()) about.shown_up = train::mean_up(file.cameras);
-    about.texture_steps = file.texture_steps;
-    about.settings = file.settings;
-    about.cameras = file.cameras;
-    about.plain_colours = plain.has_value();
-    if (plain) about.baked = colours_in(soup::selected(*plain, kept));
-    about.colour_palette = file.texture_steps != soup::kExactTextures;
-    const nlohmann::json gltf = soup::decode_glb(std::as_bytes(std::span(bytes)), path.string()).document;
-    if (gltf.at("extensions").at(soup::kExtension).contains("vertices")) about.vertex_share = kVertexShare;
-    return soup::encode_model(soup::selected(file.model, kept), about);
-  }
-};
-
-std::array<glm::dvec3, 3> corners_of(const soup::Model& model, std::uint32_t t) {
-  std::array<glm::dvec3, 3> corners;
-  for (std::size_t k = 0; k < 3; ++k) corners[k] = glm::dvec3(model.vertices[3 * t + k]) + model.origin;
-  return corners;
-}
-
 /// Returns the triangles that lie in the region and have none of the colours.
-std::vector<std::uint32_t> cropped(const Opened& opened, const CommandLine& c) {
-  const soup::Model& model = opened.file.model;
+std::vector<std::uint32_t> cropped(const train::EditedModel& opened, const CommandLine& c) {
+  const soup::Model& model = opened.model();
   std::vector<glm::vec3> colours;
-  if (!c.colours.empty())
-    colours = soup::mean_colours(model, opened.plain ? colours_in(*opened.plain) : soup::bake_colours(model, {}));
+  if (!c.colours.empty()) colours = opened.mean_colours();
   std::vector<std::uint32_t> kept;
   for (std::uint32_t t = 0; t < model.triangles(); ++t) {
-    bool stays = c.region.empty() || soup::holds(c.region, corners_of(model, t), c.across);
+    bool stays = c.region.empty() || soup::holds(c.region, train::dataset_corners(model, t), c.across);
     for (const glm::vec3& colour : c.colours) stays = stays && glm::distance(colours[t], colour) > *c.within;
     if (stays) kept.push_back(t);
   }
@@ -284,7 +226,7 @@ std::vector<soup::Piece> chosen(const std::vector<soup::Piece>& found, const Com
 std::string place_of(const soup::ModelFile& file, const std::vector<std::uint32_t>& triangles) {
   glm::dvec3 low(kMostNumber), high(-kMostNumber);
   for (const std::uint32_t t : triangles)
-    for (const glm::dvec3& v : corners_of(file.model, t)) low = glm::min(low, v), high = glm::max(high, v);
+    for (const glm::dvec3& v : train::dataset_corners(file.model, t)) low = glm::min(low, v), high = glm::max(high, v);
   std::string text =
       fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", low.x, low.y, low.z, high.x, high.y, high.z);
   // The origin of normalised coordinates, at a mean distance of 1 from the cameras (scene/normalisation.h).
@@ -296,23 +238,23 @@ std::string place_of(const soup::ModelFile& file, const std::vector<std::uint32_
 }
 
 void run(const CommandLine& c) {
-  const fs::path path = soup::model_in(c.model);
-  const fs::path output = c.dry_run ? path : new_file(c, path);
-  const Opened opened(path);
+  const train::EditedModel opened(soup::model_in(c.model));
+  const fs::path output = c.dry_run ? opened.path() : new_file(c, opened);
   const std::vector<std::uint32_t> region = cropped(opened, c);
-  const auto found = soup::pieces(soup::selected(opened.file.model, region).vertices, c.gap);
+  const auto found = soup::pieces(soup::selected(opened.model(), region).vertices, c.gap);
   const auto kept = chosen(found, c);
   std::vector<std::uint32_t> triangles;
   for (const soup::Piece& piece : kept)
     for (const std::uint32_t t : piece.triangles) triangles.push_back(region[t]);
   std::sort(triangles.begin(), triangles.end());
-  const std::size_t all = opened.file.model.triangles();
-  if (triangles.empty()) throw Error("{}: no triangles would remain of {}; remove less", printable(path.string()), all);
+  const std::size_t all = opened.model().triangles();
+  if (triangles.empty())
+    throw Error("{}: no triangles would remain of {}; remove less", printable(opened.path().string()), all);
   const std::vector<std::byte> bytes = opened.encoded(triangles);
   if (!c.dry_run) write_file_atomically(output, bytes);
   fmt::print("{}: {} of {} triangles, {} of {} pieces, {:.2f} of {:.2f} MB, in {}\n", output.string(), triangles.size(),
              all, kept.size(), found.size(), 1e-6 * static_cast<double>(bytes.size()),
-             1e-6 * static_cast<double>(opened.bytes.size()), place_of(opened.file, triangles));
+             1e-6 * static_cast<double>(opened.bytes()), place_of(opened.file(), triangles));
 }
 
 }  // namespace

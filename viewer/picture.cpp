@@ -6,6 +6,11 @@
 #include "args/interface.h"
 
 namespace trisoup::viewer {
+namespace {
+
+const glm::vec4 kTint(1.0f, 0.0f, 0.8f, 0.6f);  // of selected triangles
+
+}  // namespace
 
 Rendered Picture::with(Detail detail, const Rendered& all, bool shared) const {
   const std::uint32_t width = all.view.width, height = all.view.height;
@@ -55,24 +60,28 @@ void Picture::render(const render::GpuModel& model, const Rendered& next, Kernel
   rendered_ = next;
 }
 
-void Picture::show(const gpu::Image& to, const std::optional<Comparison>& comparison) {
+void Picture::show(const gpu::Image& to, const std::optional<Comparison>& comparison, const gpu::Image* marks) {
   if (!rendered_) {
     gpu::Targets targets{.colour = {&to}};
     targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
     graphics_.draw(targets, std::span<const gpu::Draw>{});
     return;
   }
-  if (!comparison) {
+  if (comparison)
+    compare(to, *comparison);
+  else
     graphics_.copy(rendering_, to);
-    return;
-  }
-  if (photograph_name_ != comparison->name) {
-    const Image& photograph = *comparison->photograph;
+  if (marks && rendered_->options.aa == render::AntiAliasing::none) renderer_.tint(*marks, kTint, to);
+}
+
+void Picture::compare(const gpu::Image& to, const Comparison& comparison) {
+  if (photograph_name_ != comparison.name) {
+    const Image& photograph = *comparison.photograph;
     photograph_ = graphics_.create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(photograph.width),
                                           static_cast<std::uint32_t>(photograph.height)},
                                          "photograph");
     graphics_.upload(photograph_, 0, std::as_bytes(std::span(photograph.rgba)));
-    photograph_name_ = comparison->name;
+    photograph_name_ = comparison.name;
   }
   const std::uint32_t width = to.shape().width, height = to.shape().height;
   const bool enlarge = rendering_.shape().width < width || rendering_.shape().height < height;
@@ -80,8 +89,7 @@ void Picture::show(const gpu::Image& to, const std::optional<Comparison>& compar
     gpu::fit(graphics_, enlarged_, {gpu::Format::rgba8, width, height}, "rendering");
     graphics_.copy(rendering_, enlarged_);
   }
-  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), comparison->split,
-                            comparison->error};
+  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), comparison.split, comparison.error};
   gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
   draw.count = 3;
   draw.textures = {enlarge ? &enlarged_ : &rendering_, &photograph_};

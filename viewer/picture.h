@@ -14,6 +14,7 @@
 #include "image/image.h"
 #include "kernel_renderer.h"
 #include "render/renderer.h"
+#include "screen_selection.h"
 
 namespace trisoup::viewer {
 
@@ -52,13 +53,19 @@ class Picture {
   /// Milliseconds that the last rendering by kernels took since the last call; 0 if there was none.
   double take_kernel_ms() { return std::exchange(kernel_ms_, 0.0); }
   /// Copies the rendering to `to`, enlarged if it is smaller, with the photograph if one is given. Without a rendering
-  /// `to` becomes grey.
-  void show(const gpu::Image& to, const std::optional<Comparison>& comparison);
+  /// `to` becomes grey. marks: tints these triangles (render::upload_marks) if the rendering has no anti-aliasing;
+  /// null: none.
+  void show(const gpu::Image& to, const std::optional<Comparison>& comparison, const gpu::Image* marks = nullptr);
+  /// Draws anew at the next render(), because the model has changed. Its pipelines stay.
+  void forget_rendering() { rendered_.reset(); }
+  /// The visible triangle of each pixel of the current rendering, which must have no anti-aliasing.
+  TrianglePicture triangles() { return {rendering_.shape().width, rendering_.shape().height, renderer_.hits()}; }
   /// Drops the cached photograph: its name may now mean another one.
   void forget_photograph() { photograph_name_.clear(); }
   const gpu::ImageShape& shape() const { return rendering_.shape(); }
 
  private:
+  void compare(const gpu::Image& to, const Comparison& comparison);
   /// Model version, mode and anti-aliasing.
   using Kind = std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>;
   static Kind kind(const Rendered& r, bool changes) { return {changes ? 0 : r.model, r.options.mode, r.options.aa}; }

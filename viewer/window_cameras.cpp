@@ -138,6 +138,7 @@ void Window::thumbnail_strip() {
 void Window::show_cameras() {
   strip_height_ = 0;
   draw_path();
+  draw_selection();
   if (!model_ || !chosen_.cameras || subject_->cameras.empty()) return;
   draw_frustums();
   if (photographs_.count() > 0 && !photographs_.loading()) thumbnail_strip();

@@ -1,6 +1,7 @@
 // Implementation of the window. window.cpp: main loop and surface. window_subject.cpp: models, datasets, trainings.
 // window_input.cpp: mouse and keys. window_panels.cpp: panels. window_picture.cpp: the image below the panels.
-// window_cameras.cpp: cameras and thumbnails. window_path.cpp: the camera path.
+// window_cameras.cpp: cameras and thumbnails. window_path.cpp: the camera path. window_selection.cpp: selecting and
+// removing triangles.
 #pragma once
 
 #include <array>
@@ -22,11 +23,13 @@
 #include "interface_painter.h"
 #include "kernel_renderer.h"
 #include "live.h"
+#include "model_selection.h"
 #include "navigation.h"
 #include "path_editor.h"
 #include "photographs.h"
 #include "picture.h"
 #include "render/renderer.h"
+#include "selecting.h"
 #include "subject.h"
 #include "thumbnails.h"
 
@@ -40,6 +43,10 @@ inline constexpr double kDegrees = std::numbers::pi / 180;
 /// What a view of the dataset shows: the rendering, its photograph, both with a slider, or their difference.
 enum class Compare { rendering, photograph, slider, error };
 
+/// What the user changes: nothing, the camera path, or which triangles the model has. Ctrl S saves it, Ctrl Z takes a
+/// change back.
+enum class Edit { nothing, path, selection };
+
 /// Settings that the user changes by keys and panels.
 struct Choices {
   render::DrawOptions draw;
@@ -49,7 +56,7 @@ struct Choices {
   int up_axis = 0;                  // 0: as in the model; then +X -X +Y -Y +Z -Z
   bool smooth = true;               // on a CPU: lower the resolution for a higher frame rate, see wants_coarse()
   bool panel = true, help = false;  // visible panels
-  bool path = false;                // the panel of the camera path
+  Edit edit = Edit::nothing;        // has a panel
   bool cameras = false;             // pyramids of the cameras, and thumbnails of the photographs
 };
 
@@ -92,6 +99,8 @@ class Window {
     redraw_ = 3;
     raise_message_ = true;
   }
+  /// Throws Error if the file exists, unless `asked`, the file of the last call or save, is this one.
+  static void confirm_replacing(const std::string& file, std::string& asked);
   /// Shows the result of a successful operation.
   void tell(const std::string& text) {
     status_ = text;
@@ -114,7 +123,8 @@ class Window {
   void handle_key(int key, int modifiers);
   void handle_mouse();
   void handle_input();
-  bool animated() const;
+  bool animated() const { return navigation_.flying() || playing_ || flies(); }
+  bool flies() const;  // a key that moves the camera is down
   void handle_clicks();
   void ask_for(FileDialog::For what);
 
@@ -136,6 +146,7 @@ class Window {
 
   // window_path.cpp: the camera path
   void open_path(const std::string& file);
+  void toggle_path();
   void forget_path();  // it has the coordinates of another model
   void save_path();
   void add_key_frame();
@@ -148,6 +159,39 @@ class Window {
   void path_panel();
   void key_frame_row(std::size_t key);
   void path_file_section();
+
+  // window_selection.cpp: selecting and removing triangles
+  bool selecting() const { return chosen_.edit == Edit::selection && model_ && selection_; }
+  void toggle_selecting();
+  void open_selection();    // unless it is open; throws Error
+  void forget_selection();  // it is of another model
+  void save_selection();
+  void remove_selected();
+  /// Shows the model without the removed triangles, and mark_selection().
+  void show_selection();
+  /// Tints the selected triangles.
+  void mark_selection();
+  void select_by_mouse();
+  void begin_stroke(const glm::dvec2& at);
+  void continue_stroke();  // begins and ends it too
+  void continue_brush(const glm::dvec2& from, const glm::dvec2& to);
+  void close_lasso();
+  void resize_brush(double steps);
+  /// Returns false if the key means nothing to the selection.
+  bool handle_selection_key(int key, int modifiers);
+  /// The picture of the window at full resolution; empty while its shaders are not compiled.
+  const TrianglePicture& visible_triangles();
+  double pixels_per_unit(const TrianglePicture& picture) const;
+  /// The visible triangle + 1, or 0.
+  std::uint32_t triangle_at(const glm::dvec2& at);
+  double near_plane() const;
+  glm::dvec3 pivot_point() const;
+  /// Draws brush, lasso and sphere over the picture.
+  void draw_selection();
+  void draw_sphere();
+  void selection_panel();
+  void selection_tools();
+  void selection_sets();
 
   // window_panels.cpp: panels
   void panels();
@@ -219,8 +263,11 @@ class Window {
   double path_time_ = 0;                                     // of the picture that show_path_at() showed, seconds
   std::optional<std::pair<std::size_t, float>> typed_time_;  // time of a key frame that is being typed
   bool playing_ = false;
-  std::array<char, 1024> path_file_{};  // to which the camera path is saved
-  std::string replaced_;                // file that another save may replace
+  std::array<char, 1024> path_file_{};       // to which the camera path is saved
+  std::string replaced_;                     // file that another save may replace
+  std::optional<ModelSelection> selection_;  // of the open model, once the user edits it
+  Selecting select_;
+  gpu::Image marks_;  // selected triangles of model_
   std::unique_ptr<Thumbnails> thumbnails_;
   float view_right_ = 0;    // right edge of the view panel, window units
   float strip_height_ = 0;  // of the thumbnails, window units
@@ -231,6 +278,7 @@ class Window {
   std::vector<std::string> dropped_;  // paths to open in the next frame
   std::array<char, 1024> path_{};     // text field
   bool ask_path_ = false, typed_ = false;
+  bool shortcut_ = false;                  // a key was pressed with Ctrl, and perhaps is still down
   std::vector<std::pair<int, int>> keys_;  // keys pressed since the last frame, with modifiers
   float font_scale_ = 0.0f;
   int settling_ = 0;                    // frames of the panels that were laid out, but not drawn, before compiling

@@ -1,5 +1,6 @@
 // Mouse and keys.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -43,11 +44,9 @@ void Window::listen() {
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { of(w)->redraw_ = 3; });
 }
 
-bool Window::animated() const {
-  if (navigation_.flying() || playing_) return true;
-  for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
-    if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
-  return false;
+bool Window::flies() const {
+  constexpr std::array kKeys{GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
+  return std::any_of(kKeys.begin(), kKeys.end(), [this](int key) { return glfwGetKey(window_, key) == GLFW_PRESS; });
 }
 
 void Window::handle_key(int key, int modifiers) {
@@ -55,6 +54,7 @@ void Window::handle_key(int key, int modifiers) {
     if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER) typed_ = true;
     return;
   }
+  if (selecting() && handle_selection_key(key, modifiers)) return;
   if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + static_cast<int>(render::kModes))
     chosen_.draw.mode = static_cast<render::Mode>(key - GLFW_KEY_1);
   switch (key) {
@@ -87,7 +87,10 @@ void Window::handle_key(int key, int modifiers) {
         add_key_frame();
       break;
     case GLFW_KEY_L:
-      chosen_.path = !chosen_.path;
+      toggle_path();
+      break;
+    case GLFW_KEY_B:
+      toggle_selecting();
       break;
     case GLFW_KEY_P:
       take_screenshot();
@@ -141,6 +144,7 @@ void Window::ask_for(FileDialog::For what) {
 }
 
 void Window::handle_clicks() {
+  if (selecting()) return select_by_mouse();
   const ImGuiIO& io = ImGui::GetIO();
   const glm::dvec2 at(io.MousePos.x, io.MousePos.y);
   // The first click of a double click on a camera already moves the picture.
@@ -160,6 +164,7 @@ void Window::handle_mouse() {
   const bool left = drags(ImGuiMouseButton_Left);
   const bool right = drags(ImGuiMouseButton_Right);
   const bool middle = drags(ImGuiMouseButton_Middle);
+  const bool turns = selecting() ? right : left;  // the left button selects
   const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
   const bool on_line = chosen_.compare == Compare::slider && navigation_.snapped() &&
                        std::abs(io.MousePos.x - chosen_.split * io.DisplaySize.x) < 8 * font_scale_;
@@ -169,17 +174,18 @@ void Window::handle_mouse() {
   if (sliding_) {
     chosen_.split = std::clamp(io.MousePos.x / std::max(1.0f, io.DisplaySize.x), 0.0f, 1.0f);
   } else if (dx != 0 || dy != 0) {
-    if (left && io.KeyShift)
+    if (turns && io.KeyShift)
       navigation_.pan(-dx / pixels, dy / pixels);
-    else if (left && io.KeyCtrl)
+    else if (turns && io.KeyCtrl)
       navigation_.look(-radians * dx, radians * dy);
-    else if (left)
+    else if (turns)
       navigation_.orbit(-radians * dx, radians * dy);
     else if (right || middle)
       navigation_.pan(-dx / pixels, dy / pixels);
   }
-  if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
-  if (io.MouseWheel == 0 && (sliding_ || !(left || right || middle) || (dx == 0 && dy == 0))) return;
+  const bool zooms = io.MouseWheel != 0 && !(selecting() && (io.KeyShift || io.KeyCtrl));
+  if (zooms) navigation_.zoom(std::pow(1.15, io.MouseWheel));
+  if (!zooms && (sliding_ || !(turns || right || middle) || (dx == 0 && dy == 0))) return;
   playing_ = false;
   rest_.moved(Clock::now());
 }
@@ -190,9 +196,14 @@ void Window::handle_input() {
     handle_mouse();
     handle_clicks();
   }
-  for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
+  // Ctrl S does not fly, even if Ctrl is released first.
+  if (!flies()) shortcut_ = false;
+  for (const auto& [key, modifiers] : std::exchange(keys_, {})) {
+    if (modifiers & GLFW_MOD_CONTROL) shortcut_ = true;
+    handle_key(key, modifiers);
+  }
   if (io.WantTextInput) return;
-  const auto down = [&](int key) { return ImGui::IsKeyDown(key) && !io.KeyCtrl ? 1.0 : 0.0; };
+  const auto down = [&](int key) { return ImGui::IsKeyDown(key) && !io.KeyCtrl && !shortcut_ ? 1.0 : 0.0; };
   const double step = 0.5 * std::min(io.DeltaTime, 0.1f) * (io.KeyShift ? 4.0 : 1.0) * navigation_.home().distance;
   const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q),
                       down(GLFW_KEY_W) - down(GLFW_KEY_S));

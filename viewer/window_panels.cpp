@@ -50,7 +50,10 @@ void Window::panels() {
   if (chosen_.panel && beside.view) view_panel();
   if (chosen_.help) help_panel();
   if (!message_.empty()) message_panel();
-  if (chosen_.path && chosen_.panel && model_ && !chosen_.help) path_panel();
+  if (chosen_.panel && model_ && !chosen_.help) {
+    if (chosen_.edit == Edit::path) path_panel();
+    if (selecting()) selection_panel();
+  }
   if (live_ && chosen_.panel && beside.training) training_panel(*live_, font_scale_);
 }
 
@@ -72,8 +75,12 @@ void Window::view_panel() {
     if (ImGui::Button("Reset (R)")) reset_view();
     ImGui::SameLine();
     if (ImGui::Button("Picture (P)")) take_screenshot();
-    if (ImGui::Button("Camera path (L)")) chosen_.path = !chosen_.path;
+    if (ImGui::Button("Camera path (L)")) toggle_path();
     ImGui::SameLine();
+    if (!live_) {
+      if (ImGui::Button("Select (B)")) toggle_selecting();
+      ImGui::SameLine();
+    }
     if (ImGui::Button("Help (H)")) chosen_.help = !chosen_.help;
   } else if (live_) {
     ImGui::TextUnformatted("The soup appears when training begins.");
@@ -193,7 +200,14 @@ void Window::help_panel() {
       "G              nearest photograph\n"
       "L, K           camera path: show, add view\n"
       "Shift K        play or stop it\n"
-      "Ctrl S, Ctrl Z save it, undo a change\n"
+      "B              select triangles: drag; Shift\n"
+      "               adds, Ctrl removes, right orbits\n"
+      "M, U           brush, lasso, colour; hidden too\n"
+      "- =            size of the brush (Shift wheel)\n"
+      "I, J, Escape   invert, whole pieces, none\n"
+      "Delete         remove what is selected\n"
+      "Ctrl S, Ctrl Z save path or model, undo\n"
+      "Ctrl Y         redo (or Ctrl Shift Z)\n"
       "Space          rendering, photograph, slider\n"
       "               (drag the line), error\n"
       "X              anti-aliasing\n"

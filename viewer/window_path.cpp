@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <utility>
 
@@ -30,7 +29,8 @@ constexpr int kMostDrawn = 2000;     // lines of the path
 void Window::open_path(const std::string& file) {
   const render::CameraPath path = read_path(*subject_, file);
   camera_path_.open(path);
-  chosen_.path = chosen_.panel = true;
+  chosen_.edit = Edit::path;
+  chosen_.panel = true;
   playing_ = false;
   // A path with a rate is nerfstudio's, whose file has more than ours would keep.
   const bool ours = !path.fps;
@@ -40,6 +40,8 @@ void Window::open_path(const std::string& file) {
   tell(fmt::format("{}: {} key frames, {:.6g} seconds", file, camera_path_.keys().size(), camera_path_.seconds()));
   show_path_at(0);
 }
+
+void Window::toggle_path() { chosen_.edit = chosen_.edit == Edit::path ? Edit::nothing : Edit::path; }
 
 void Window::forget_path() {
   camera_path_ = {};
@@ -54,9 +56,7 @@ void Window::save_path() {
   try {
     if (file.empty()) throw Error("give the camera path a file name");
     if (!file.ends_with(".json")) throw Error("{}: camera paths are JSON; give a name that ends in .json", file);
-    std::error_code ignored;
-    if (std::filesystem::exists(file, ignored) && std::exchange(replaced_, file) != file)
-      throw Error("{}: is there already; save again to replace it, or give another name", file);
+    confirm_replacing(file, replaced_);
     const scene::Normalisation normalisation{subject_->model.centre, subject_->model.scale};
     const std::string text = render::write_camera_path(camera_path_.path(), normalisation).dump(1) + "\n";
     write_file_atomically(file, bytes_of(text));
@@ -72,7 +72,8 @@ void Window::add_key_frame() {
   if (!model_) return;
   if (path_file_[0] == '\0') std::strcpy(path_file_.data(), "path.json");
   camera_path_.add(render::shot_of(viewing_camera()));
-  chosen_.path = chosen_.panel = true;
+  chosen_.edit = Edit::path;
+  chosen_.panel = true;
 }
 
 void Window::go_to_key_frame(std::size_t key) {
@@ -111,7 +112,7 @@ void Window::advance_path(double seconds) {
 }
 
 void Window::draw_path() {
-  if (!chosen_.path || !chosen_.panel || !model_ || camera_path_.keys().empty() || playing_) return;
+  if (chosen_.edit != Edit::path || !chosen_.panel || !model_ || camera_path_.keys().empty() || playing_) return;
   const scene::Camera viewer = viewing_camera();
   const auto& keys = camera_path_.keys();
   const double seconds = camera_path_.seconds();
@@ -174,7 +175,8 @@ void Window::path_file_section() {
 void Window::path_panel() {
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({screen.x - 10, screen.y - 10 - strip_height_}, ImGuiCond_Always, {1.0f, 1.0f});
-  ImGui::Begin("Camera path", &chosen_.path,
+  bool open = true;
+  ImGui::Begin("Camera path", &open,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
   const std::size_t count = camera_path_.keys().size();
   if (ImGui::Button("Add (K)")) add_key_frame();
@@ -201,6 +203,7 @@ void Window::path_panel() {
   ImGui::EndChild();
   if (count > 0) path_file_section();
   ImGui::End();
+  if (!open) chosen_.edit = Edit::nothing;
 }
 
 }  // namespace trisoup::viewer

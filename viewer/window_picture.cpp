@@ -33,6 +33,7 @@ Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
                                   : render::view_of(camera, chosen_.near, chosen_.far);
   Rendered r{model_number_, view, chosen_.draw};
   r.options.drop_behind = exact && subject_->model.drop_near;
+  if (selecting()) r.options.aa = render::AntiAliasing::none;  // each pixel shows one triangle
   return r;
 }
 
@@ -52,7 +53,7 @@ void Window::draw_picture(const gpu::Image& to, Detail detail) {
     const Rendered next = picture_->with(detail, wanted(width, height), shares_cpu());
     picture_->render(*model_, next, kernels_for(next));
   }
-  picture_->show(to, comparison());
+  picture_->show(to, comparison(), selecting() ? &marks_ : nullptr);
 }
 
 bool Window::try_to_draw(const gpu::Image& to, Detail detail) {

@@ -42,6 +42,7 @@ void Window::open_model(const std::string& path) {
   ++model_number_;
   subject_ = std::move(subject);
   forget_path();
+  forget_selection();
   camera_.reset();
   training_model_.reset();
   picture_->forget_photograph();
@@ -52,6 +53,12 @@ void Window::open_model(const std::string& path) {
   if (!subject_->cameras.empty() && !options_.fov) start_at(camera);
   tell(fmt::format("{}: {} triangles", path, model_->triangles));
   set_title(fmt::format("soup-view - {}", path));
+}
+
+void Window::confirm_replacing(const std::string& file, std::string& asked) {
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored) && std::exchange(asked, file) != file)
+    throw Error("{}: is there already; save again to replace it, or give another name", file);
 }
 
 void Window::set_home() {

@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "args/interface.h"
 #include "args/soup.h"
 #include "scene/camera.h"
 
@@ -169,6 +170,29 @@ std::vector<std::uint32_t> Renderer::hits() {
   std::vector<std::uint32_t> hits(std::size_t(hits_.shape().width) * hits_.shape().height);
   graphics_.download(hits_, 0, std::as_writable_bytes(std::span(hits)));
   return hits;
+}
+
+void upload_marks(gpu::Graphics& graphics, std::vector<std::uint8_t> marks, gpu::Image& image) {
+  constexpr std::size_t kWidth = kernels::kTableWidth;
+  const std::size_t rows = std::max<std::size_t>(1, (marks.size() + kWidth - 1) / kWidth);
+  marks.resize(rows * kWidth);
+  gpu::fit(graphics, image, {gpu::Format::r8, kernels::kTableWidth, static_cast<std::uint32_t>(rows)}, "marks");
+  graphics.upload(image, 0, std::as_bytes(std::span(marks)));
+}
+
+void Renderer::tint(const gpu::Image& marks, const glm::vec4& colour, const gpu::Image& target) {
+  const kernels::TintArgs args{static_cast<float>(target.shape().width),
+                               static_cast<float>(target.shape().height),
+                               colour.r,
+                               colour.g,
+                               colour.b,
+                               colour.a};
+  gpu::Draw draw{.vertex = "screen", .fragment = "tint"};
+  draw.blend = true;
+  draw.count = 3;
+  draw.textures = {&hits_, &marks};
+  draw.set_arguments(args);
+  graphics_.draw({.colour = {&target}, .clear = false}, draw);
 }
 
 }  // namespace trisoup::render

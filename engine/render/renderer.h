@@ -47,6 +47,10 @@ struct DrawOptions {
 /// Downloads an rgba8 image to host memory.
 Image download(gpu::Graphics& graphics, const gpu::Image& picture);
 
+/// Uploads marks for Renderer::tint(), 255 for each marked triangle of a model and 0 for others; `image` is reused if
+/// it has the right size.
+void upload_marks(gpu::Graphics& graphics, std::vector<std::uint8_t> marks, gpu::Image& image);
+
 /// Draws models into images. The images of its passes are reused while the picture size stays the same.
 class Renderer {
  public:
@@ -74,6 +78,9 @@ class Renderer {
   /// Result of the first pass of the last picture without anti-aliasing: per pixel the visible triangle's index + 1, or
   /// 0.
   std::vector<std::uint32_t> hits();
+  /// Blends a colour, with its alpha, over the marked triangles in a copy of the last picture without anti-aliasing.
+  /// marks: from upload_marks(). target: rgba8 or a window's image, of any size.
+  void tint(const gpu::Image& marks, const glm::vec4& colour, const gpu::Image& target);
 
  private:
   /// Returns fragment or compute. shade: the second pass without anti-aliasing. watched: draw() has a `watch`.

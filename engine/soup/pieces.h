@@ -10,6 +10,9 @@
 
 namespace trisoup::soup {
 
+/// Longest edges of the smaller triangle that may lie between two triangles of one piece.
+inline constexpr double kUsualGap = 0.05;
+
 struct Piece {
   std::vector<std::uint32_t> triangles;  // ascending
   double area = 0;                       // squared units of the vertices

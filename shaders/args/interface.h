@@ -1,4 +1,4 @@
-// Arguments of interface.vert and compare.frag.
+// Arguments of interface.vert, compare.frag and tint.frag.
 #ifndef TRISOUP_ARGS_INTERFACE_H
 #define TRISOUP_ARGS_INTERFACE_H
 #ifndef GL_core_profile
@@ -16,6 +16,12 @@ struct CompareArgs {
   float width, height;  // pixels of the picture
   float split;          // the photograph is shown left of this fraction of the width
   uint error;           // 1: show four times the absolute difference instead
+};
+
+/// Colour over marked triangles.
+struct TintArgs {
+  float width, height;            // pixels of the picture
+  float red, green, blue, alpha;  // 0..1
 };
 
 #ifndef GL_core_profile

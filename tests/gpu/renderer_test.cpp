@@ -206,6 +206,42 @@ TEST_CASE("triangles that reach behind the camera are clipped, or dropped as pub
   test::require_silence(*gpu);
 }
 
+TEST_CASE("marked triangles are tinted where they are visible, in pictures of any size", "[renderer]") {
+  auto gpu = test::open_device();
+  const std::uint32_t triangles = 1100;  // more than a row of the marks
+  const soup::Model model = random_model(*gpu, triangles);
+  render::Renderer renderer(*gpu);
+  renderer.picture(render::upload_model(*gpu, model), render::view_of(view_at(0.3, 100, 70).camera, 0.025, 2.5), {});
+  const std::vector<std::uint32_t> hits = renderer.hits();
+  std::vector<std::uint8_t> all(triangles);
+  for (std::uint32_t t = 1; t < triangles; t += 2) all[t] = 255;
+  gpu::Graphics& graphics = *gpu->graphics();
+  gpu::Image marks;
+  render::upload_marks(graphics, all, marks);
+  for (const std::uint32_t scale : {1u, 3u}) {
+    const gpu::Image target = graphics.create_image({gpu::Format::rgba8, 100 * scale, 70 * scale}, "target");
+    gpu::Targets blue{.colour = {&target}};
+    blue.background = glm::vec4(0, 0, 1, 1);
+    graphics.draw(blue, std::span<const gpu::Draw>{});
+    renderer.tint(marks, glm::vec4(1, 0, 0, 0.6f), target);
+    const Image image = render::download(graphics, target);
+    std::size_t wrong = 0, tinted = 0, late = 0;
+    for (std::uint32_t y = 0; y < 70 * scale; ++y)
+      for (std::uint32_t x = 0; x < 100 * scale; ++x) {
+        const std::uint32_t hit = hits[y / scale * 100 + x / scale];
+        const bool marked = hit > 0 && hit % 2 == 0;
+        const std::uint8_t* pixel = &image.rgba[4 * (std::size_t(y) * 100 * scale + x)];
+        wrong += pixel[0] != (marked ? 153 : 0) || pixel[1] != 0 || pixel[2] != (marked ? 102 : 255);
+        tinted += marked;
+        late += marked && hit > 1024;
+      }
+    CHECK(wrong == 0);
+    CHECK(tinted > 100);
+    CHECK(late > 0);
+  }
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("a soup that is nowhere visible gives the background", "[renderer]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 5);
