@@ -18,6 +18,10 @@ struct Suggestion {
 /// subcommands that were given.
 void print_errors_in_one_line(CLI::App& app, const std::string& program, std::vector<Suggestion> more = {});
 
+/// A check of options whose empty text would leave them out in silence, as an unset variable of a shell does.
+inline const CLI::Validator kNotEmpty{
+    [](const std::string& text) { return text.empty() ? std::string("is empty; give a value") : std::string(); }, ""};
+
 /// Returns the suggestion whose word is most similar to `word`, or one that begins with it. Empty if none is similar.
 std::string nearest(const std::string& word, const std::vector<Suggestion>& suggestions);
 

@@ -55,18 +55,23 @@ bool is_bool(const py::handle& object) {
   return py::isinstance<py::bool_>(object) || py::isinstance(object, py::module_::import("numpy").attr("bool_"));
 }
 
-std::uint32_t count_from(const py::handle& object, const char* name) {
+std::uint64_t whole_number_from(const py::handle& object, const char* name, std::uint64_t least, std::uint64_t most) {
   const auto number = is_bool(object) ? py::object() : py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
   if (!number) {
     PyErr_Clear();
     throw py::type_error(fmt::format("{}: is a {}; give a whole number", name,
                                      std::string(py::str(py::type::of(object).attr("__name__")))));
   }
-  int overflow = 0;
-  const long long value = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
-  if (overflow != 0 || value < 1 || value > 0xffffffffll)
-    throw py::value_error(fmt::format("{}: {}; give 1 to 4294967295", name, std::string(py::str(number))));
-  return static_cast<std::uint32_t>(value);
+  const std::uint64_t value = PyLong_AsUnsignedLongLong(number.ptr());
+  const bool fits = !PyErr_Occurred();
+  PyErr_Clear();
+  if (!fits || value < least || value > most)
+    throw py::value_error(fmt::format("{}: {}; give {} to {}", name, std::string(py::str(number)), least, most));
+  return value;
+}
+
+std::uint32_t count_from(const py::handle& object, const char* name) {
+  return static_cast<std::uint32_t>(whole_number_from(object, name, 1, 0xffffffffu));
 }
 
 std::vector<double> numbers_from(const py::handle& object, const std::vector<py::ssize_t>& shape, const char* name) {

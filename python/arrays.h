@@ -16,11 +16,31 @@ namespace trisoup::python {
 
 namespace py = pybind11;
 
+/// Threads that ask for the GIL while Python ends are ended, which C++ answers by ending the process with an error.
+/// They wait instead, for the end of the process.
+void wait_if_python_ends();
+
+/// Releases the GIL for its lifetime.
+class Unlocked {
+ public:
+  Unlocked() : state_((py::detail::get_internals(), PyEval_SaveThread())) {}
+  // A thread that Python ends while it waits for the GIL unwinds through this destructor.
+  ~Unlocked() noexcept(false) {
+    wait_if_python_ends();
+    PyEval_RestoreThread(state_);
+  }
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
 /// Deletes without the GIL: a destructor may wait for a device that a callback of another thread uses.
 struct DeleteUnlocked {
   template <typename T>
   void operator()(T* object) const {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     delete object;
   }
 };
@@ -69,7 +89,9 @@ T value_from(const py::handle& object, const std::string& name, const char* what
 /// Whether it is a bool of Python or NumPy.
 bool is_bool(const py::handle& object);
 
-/// Returns a whole number from 1 to 2^32 - 1. Throws TypeError or ValueError.
+/// Returns a whole number from `least` to `most`. Throws TypeError or ValueError.
+std::uint64_t whole_number_from(const py::handle& object, const char* name, std::uint64_t least, std::uint64_t most);
+/// From 1 to 2^32 - 1.
 std::uint32_t count_from(const py::handle& object, const char* name);
 
 /// Copies numbers from anything that NumPy converts to an array, row-major. shape: expected, -1: any size. name: begins

@@ -85,7 +85,7 @@ Device device_from(const py::object& object, bool share) {
     backend = object.cast<std::string>();
   else if (!object.is_none())
     throw py::type_error("device: give None, 'cpu', 'vulkan', 'cuda' or a Device");
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return share ? Device::shared(backend) : Device(backend);
 }
 
@@ -95,7 +95,7 @@ void bind_device(py::module_& module) {
 
 Threads may share a device: their calls wait for each other. A child process made by fork needs its own.)")
       .def(py::init([](const std::string& backend, const std::string& name) {
-             const py::gil_scoped_release release;
+             const Unlocked unlocked;
              return make_owned<Device>(backend, name);
            }),
            py::arg("backend") = "auto", py::arg("name") = "",

@@ -76,7 +76,10 @@ std::vector<Photograph> photographs_from(const py::sequence& images, const py::s
     if (!py::isinstance<Camera>(cameras[i])) throw py::type_error(name + ": its camera is no trisoup.Camera");
     photographs.push_back(photograph_from(images[i], cameras[i].cast<Camera>(), name));
     if (!masks.is_none()) take_mask(photographs.back(), masks[key]);
-    if (!test.is_none()) photographs.back().test = value_from<bool>(test[key], name + ": test", "True or False");
+    if (test.is_none()) continue;
+    const py::object flag = test[key];
+    if (!is_bool(flag)) throw py::type_error(name + ": test: give True or False");
+    photographs.back().test = flag.cast<bool>();
   }
   return photographs;
 }
@@ -93,7 +96,7 @@ PointSet points_from(const py::object& points, const py::object& colours) {
 
 /// Waits for a training that begins in another thread.
 PointSet points_of(const Dataset& dataset) {
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return dataset.points();
 }
 
@@ -162,7 +165,7 @@ lie outside of the folder. Raises Error if files are missing or damaged.)")
             const std::vector<Photograph> photographs = photographs_from(images, cameras, masks, names, test);
             const PointSet set = points_from(points, colours);
             const bool given = !test.is_none();  // which views are test views
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             return make_owned<Dataset>(photographs, set,
                                        dataset_options(1, given ? 0 : test_every, background, alpha, false, false));
           },
@@ -184,9 +187,9 @@ TypeError for arrays that do not fit, Error for cameras that are not valid.)")
       .def_property_readonly("point_colours", &colour_array, "(N, 3) uint8, or None; a copy.")
       .def_property_readonly("warnings", &Dataset::warnings, "What loading left out or worked around, one line each.")
       .def_property_readonly("summary", &Dataset::summary)
-      .def("write_colmap", &Dataset::write_colmap, py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
+      .def("write_colmap", &Dataset::write_colmap, py::arg("folder"), py::call_guard<Unlocked>(),
            "Writes a COLMAP model and PNG files to an empty folder. Photographs are on their background. Raises Error.")
-      .def("write_transforms", &Dataset::write_transforms, py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
+      .def("write_transforms", &Dataset::write_transforms, py::arg("folder"), py::call_guard<Unlocked>(),
            "Writes transforms.json, as nerfstudio reads it, and PNG files to an empty folder. Raises Error.")
       .def("__repr__", [](const Dataset& d) {
         return fmt::format("Dataset({}: {} training and {} test views)", d.summary(), d.training_views().size(),

@@ -66,7 +66,7 @@ py::object render(const Model& model, const Camera& camera, const py::object& ou
   }
   Device used = device_from(device, true);
   Rendering rendering = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return model.render(used, camera, options);
   }();
   if (single) return asked[0]->take(rendering);
@@ -79,7 +79,7 @@ Evaluation evaluate(const Model& model, const Dataset& dataset, const std::strin
   if (views != "test" && views != "train")
     throw py::value_error(fmt::format("views: there is no '{}'; give 'test' or 'train'", views));
   Device used = device_from(device, true);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return model.evaluate(used, dataset, views == "train");
 }
 
@@ -180,11 +180,11 @@ Arrays are read-only views of the model's memory and keep it alive.)");
       .def_static(
           "load",
           [](const std::filesystem::path& path) {
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             return make_owned<Model>(Model::read(path));
           },
           py::arg("path"), "Reads a model.glb. Raises Error if it is damaged.")
-      .def("save", &Model::write, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+      .def("save", &Model::write, py::arg("path"), py::call_guard<Unlocked>(),
            "Writes a glTF 2.0 file that any glTF viewer opens. Raises Error.")
       .def("render", &render, py::arg("camera"), py::arg("outputs") = "colour", py::kw_only(),
            py::arg("background") = py::none(), py::arg("device") = py::none(),
@@ -206,7 +206,7 @@ background: three values from 0 to 1 instead of the model's. device: None (a GPU
            [](const Model& m) { return py::bytes(reinterpret_cast<const char*>(m.file().data()), m.file().size()); })
       .def("_repr_html_",
            [](const Model& m) {
-             const py::gil_scoped_release release;
+             const Unlocked unlocked;
              return notebook_html(m);
            })
       .def("__repr__", [](const Model& m) {

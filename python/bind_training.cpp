@@ -22,11 +22,11 @@ std::string assignment(const py::handle& name, const py::handle& value) {
 }
 
 TrainingOptions training_options(const std::string& preset, const py::object& steps, const py::object& triangles,
-                                 std::uint64_t seed, const py::object& settings, const py::object& vertices,
+                                 const py::object& seed, const py::object& settings, const py::object& vertices,
                                  const py::object& colours) {
   TrainingOptions options;
   options.preset = preset;
-  options.seed = seed;
+  options.seed = whole_number_from(seed, "seed", 0, ~0ull);
   if (!steps.is_none()) options.steps = count_from(steps, "steps");
   if (!triangles.is_none()) options.triangles = count_from(triangles, "triangles");
   if (!settings.is_none()) {
@@ -85,7 +85,7 @@ struct Steps {
     };
     run(*training, std::move(callbacks));
     if (!evaluates) return progress;
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     progress.test = training->evaluate();
     return progress;
   }
@@ -196,19 +196,19 @@ void bind_run(py::class_<Training, std::shared_ptr<Training>>& bound) {
       .def(
           "model",
           [](const Training& training) {
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             return make_owned<Model>(training.model());
           },
           "The model at the current step.")
-      .def("evaluate", &Training::evaluate, py::call_guard<py::gil_scoped_release>(),
+      .def("evaluate", &Training::evaluate, py::call_guard<Unlocked>(),
            "Quality on the test views at the current step, before textures are rounded to 8 bits.")
-      .def("save_checkpoint", &Training::write_checkpoint, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+      .def("save_checkpoint", &Training::write_checkpoint, py::arg("path"), py::call_guard<Unlocked>(),
            "Writes a checkpoint. Raises Error.")
       .def_static(
           "resume",
           [](const Dataset& dataset, const std::filesystem::path& path, const py::object& device) {
             const Device used = device_from(device, false);
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             return make_owned<Training>(Training::resume(used, dataset, path));
           },
           py::arg("dataset"), py::arg("path"), py::kw_only(), py::arg("device") = py::none(),
@@ -222,7 +222,7 @@ void bind_training(py::module_& module) {
   py::class_<Training, std::shared_ptr<Training>> bound(module, "Training", kTraining);
   bound
       .def(py::init([](const Dataset& dataset, const std::string& preset, const py::object& steps,
-                       const py::object& triangles, std::uint64_t seed, const py::object& device,
+                       const py::object& triangles, const py::object& seed, const py::object& device,
                        const py::object& settings, const py::object& vertices, const py::object& colours) {
              TrainingOptions options = training_options(preset, steps, triangles, seed, settings, vertices, colours);
              const Device used = device_from(device, false);

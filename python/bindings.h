@@ -23,10 +23,6 @@ struct PyView {
 /// rather than a device of its own. Throws TypeError for other objects.
 Device device_from(const py::object& object, bool share);
 
-/// Threads that ask for the GIL while Python ends are ended, which C++ answers by ending the process with an error.
-/// They wait instead, for the end of the process.
-void wait_if_python_ends();
-
 /// Does work with the GIL released. It takes an Interruption, which handles signals. Throws what their handlers raise,
 /// such as KeyboardInterrupt.
 void with_signals(const std::function<void(const Interruption&)>& work);

@@ -1,6 +1,7 @@
 // The Python module. It converts arguments and results; everything else is done by the library (engine/api/trisoup).
 #include <pybind11/stl.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <exception>
@@ -13,7 +14,19 @@ namespace trisoup::python {
 
 py::object parsed(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
 
+namespace {
+
+/// The thread that ends Python. It goes on using objects.
+std::atomic<std::thread::id> ending_thread{};
+
+void know_the_ending_thread() {
+  py::module_::import("atexit").attr("register")(py::cpp_function([] { ending_thread = std::this_thread::get_id(); }));
+}
+
+}  // namespace
+
 void wait_if_python_ends() {
+  if (ending_thread.load() == std::this_thread::get_id()) return;
 #if PY_VERSION_HEX >= 0x030D0000
   const bool ends = Py_IsFinalizing() != 0;
 #else
@@ -32,7 +45,7 @@ void with_signals(const std::function<void(const Interruption&)>& work) {
     return true;
   };
   try {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     work(interrupted);
   } catch (const Interrupted&) {
     if (!raised) throw;
@@ -82,6 +95,7 @@ PYBIND11_MODULE(_trisoup, module) {
   using namespace trisoup::python;
   module.doc() = "Photographs to a few thousand textured triangles: datasets, training, rendering, measuring.";
   module.attr("__version__") = trisoup::version;
+  know_the_ending_thread();
   bind_errors(module);
   bind_camera(module);
   bind_device(module);

@@ -97,6 +97,7 @@ void add_options(CLI::App& app, Options& o) {
       ->check(CLI::Range(train::Flip::kFewest, train::Flip::kMost))
       ->option_text("X");
   app.add_option("--lpips", o.lpips, "also measure LPIPS with the network of this file (docs/formats.md)")
+      ->check(kNotEmpty)
       ->option_text("FILE");
   app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
   app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")

@@ -188,6 +188,7 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
                  "  0 where nothing is\n"
                  "alpha: coverage from 0 to 1, anti-aliased\n"
                  "features: 8 texture values (the channels of --mode channel), from 0 to 1; 0 where nothing is")
+      ->check(kNotEmpty)
       ->group(picture);
   app.add_option("--data-format", texts.data_format,
                  "npy, or exr: one NAME.exr with the image, scene-linear, and the kinds as channels [npy]")
@@ -199,7 +200,7 @@ void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
 
 /// Parses the list of --data. Returns an error message, or an empty string.
 std::string read_data(const std::string& list, CommandLine& c) {
-  std::istringstream names(list);
+  std::istringstream names(list + ',');  // so that an empty name at the end is seen
   for (std::string name; std::getline(names, name, ',');) {
     const auto kind = render::pixel_data_from(name);
     if (!kind)
@@ -235,7 +236,7 @@ std::string read_texts(const Texts& texts, CommandLine& c) {
   if (!data_format.empty() && data_format != "npy" && data_format != "exr")
     return fmt::format("--data-format {}: give npy or exr", printable(data_format));
   c.exr = data_format == "exr";
-  return read_data(data, c);
+  return data.empty() ? std::string() : read_data(data, c);
 }
 
 }  // namespace

@@ -57,6 +57,7 @@ void Window::open_model(const std::string& path) {
 
 void Window::confirm_replacing(const std::string& file, std::string& asked) {
   std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) throw Error("{}: is a folder; give another name", file);
   if (std::filesystem::exists(file, ignored) && std::exchange(asked, file) != file)
     throw Error("{}: is there already; save again to replace it, or give another name", file);
 }

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <atomic>
 #include <map>
 #include <utility>
 
@@ -8,11 +9,24 @@
 
 namespace trisoup {
 
+namespace {
+
+/// The process that opened a GPU. Drivers have threads and locks that a fork of it lacks; its calls could wait for
+/// ever.
+std::atomic<pid_t> opened_a_gpu{0};
+
+}  // namespace
+
 Device::Device(const std::string& backend, const std::string& name) : impl_(std::make_shared<Impl>()) {
+  if (const pid_t process = opened_a_gpu; backend != "cpu" && process != 0 && process != getpid())
+    throw Error(
+        "device: a GPU was opened before this process was forked, and drivers do not survive that; use "
+        "`backend` cpu, or start processes without fork");
   gpu::DeviceOptions options;
   options.backend = backend;
   options.device = name;
   impl_->device = gpu::open_device(options);
+  if (impl_->device->info().backend != "cpu") opened_a_gpu = getpid();
 }
 
 Device Device::shared(const std::string& backend) {

@@ -19,6 +19,7 @@ namespace trisoup {
 namespace {
 
 train::SettingsRequest request_of(const TrainingOptions& o) {
+  if (o.preset.empty()) throw Error("preset: is empty; give fast, balanced, best or published");
   train::SettingsRequest request;
   request.preset = o.preset;
   const auto ask = [&](const char* name, std::uint64_t value) {

@@ -8,6 +8,7 @@
 
 #include "base/cancellation.h"
 #include "base/error.h"
+#include "base/printable.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/host/host_device.h"
 #include "gpu/out_of_memory.h"
@@ -198,7 +199,7 @@ DeviceOptions with_backend(DeviceOptions options) {
   const std::vector<DeviceInfo> devices = all_devices(options.backend == "cuda");
   const DeviceInfo* const chosen = choose_device(options, devices);
   if (!chosen)
-    throw Error("`device` {}: there is no such device{}; `list_devices` prints the devices", options.device,
+    throw Error("`device` {}: there is no such device{}; `list_devices` prints the devices", printable(options.device),
                 options.backend != "auto" ? " of `backend` " + options.backend
                 : needs_vulkan(options)   ? " in Vulkan"
                                           : "");

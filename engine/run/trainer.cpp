@@ -72,6 +72,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   prepare();
   if (!paints) return;
   const Stopwatch watch;
+  split_coarse(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_);
   paint(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_);
   gpu_.wait();
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();

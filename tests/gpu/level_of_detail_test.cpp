@@ -270,6 +270,14 @@ TEST_CASE("real scenes with enough views drop triangles that few views see", "[l
   CHECK(left == kMany);  // split up to the budget again
 }
 
+/// Photograph pixels that show each triangle, mean over the views that do, as trainings count them.
+static std::vector<double> shown_pixels(const train::TriangleVisibility& seen) {
+  std::vector<double> shown;
+  for (std::size_t t = 0; t < seen.pixels.size(); ++t)
+    shown.push_back(seen.views[t] > 0 ? 4.0 * seen.pixels[t] / seen.views[t] : 0.0);
+  return shown;
+}
+
 TEST_CASE("the largest visible triangles are split up to the budget, also at the last refinement", "[levels]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 60, kBudget = 63;
@@ -278,7 +286,8 @@ TEST_CASE("the largest visible triangles are split up to the budget, also at the
   SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
   const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   // The expected splits: always the largest triangle.
-  std::vector<double> sizes(seen.area.begin(), seen.area.end());
+  const std::vector<double> shown = shown_pixels(seen);
+  std::vector<double> sizes = shown;
   std::vector<std::size_t> origin(kTriangles);
   for (std::size_t t = 0; t < kTriangles; ++t) origin[t] = t;
   while (sizes.size() < kBudget) {
@@ -304,9 +313,56 @@ TEST_CASE("the largest visible triangles are split up to the budget, also at the
     return glm::length(glm::cross(v[3 * t + 1] - v[3 * t], v[3 * t + 2] - v[3 * t]));
   };
   for (std::size_t t = 0; t < s.soup.triangles; ++t) {
-    const double whole = area(vertices, origin[t]),
-                 share = train::starts_from_surface(settings) ? sizes[t] / seen.area[origin[t]] : 1.0;
+    const double whole = area(vertices, origin[t]), share = train::starts_from_surface(settings) && shown[origin[t]] > 0
+                                                                ? sizes[t] / shown[origin[t]]
+                                                                : 1.0;
     CHECK(area(after, t) == Approx(share * whole).epsilon(1e-4));
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a painted surface has no triangle that its finest texture cannot resolve", "[levels]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kTriangles = 60;
+  std::vector<train::BatchView> views;
+  for (int i = 0; i < 30; ++i) views.push_back(test::view_from(0.2 * i, 64, 64));
+  SmallScene s(*gpu, kTriangles, {{0, 0}}, views, 5);
+  constexpr std::uint32_t kUnseen = 8;  // the first ones
+  auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * kTriangles);
+  for (std::size_t i = 0; i < 3 * kUnseen; ++i) vertices[i].y += 100;
+  gpu->upload(s.soup.vertices.address(), vertices);
+  gpu->fill(s.soup.opacity.address(), s.soup.opacity.bytes(), 0x3f800000u);  // 1
+  const std::vector<double> shown = shown_pixels(train::measure_visible(*gpu, s.soup, s.buffers, views));
+  train::Settings settings = settings_with(1);
+  settings.recipe = train::Recipe::real;
+  settings.init = "surface";
+  settings.level_min = settings.level_max = 3;
+  const double limit = 2 * 64 / 2.0;  // two pixels for each of 4^3 / 2 samples
+  std::size_t wanted = 0;
+  for (double size : shown) {
+    std::size_t parts = 1;
+    for (; size >= limit; size /= 2) parts *= 2;
+    wanted += parts;
+  }
+  REQUIRE(wanted > kTriangles + 10);
+  settings.triangles = GENERATE(60u, 1000u);
+  train::split_coarse(*gpu, s.soup, s.buffers, {views, views}, settings);
+  const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
+  const auto total = [](const std::vector<glm::vec3>& v) {
+    double sum = 0;
+    for (std::size_t i = 0; i < v.size(); i += 3) sum += glm::length(glm::cross(v[i + 1] - v[i], v[i + 2] - v[i]));
+    return sum;
+  };
+  if (settings.triangles > kTriangles) {
+    CHECK(s.soup.triangles == wanted);
+    CHECK(total(after) == Approx(total(vertices)));
+  } else {
+    // Triangles that no view shows make room.
+    CHECK(s.soup.triangles == kTriangles);
+    CHECK(std::none_of(after.begin(), after.end(), [](const glm::vec3& v) { return v.y > 50; }));
+    CHECK(total(after) == Approx(total({vertices.begin() + 3 * kUnseen, vertices.end()})));
+    const auto again = shown_pixels(train::measure_visible(*gpu, s.soup, s.buffers, views));
+    CHECK(*std::max_element(again.begin(), again.end()) < *std::max_element(shown.begin(), shown.end()));
   }
   test::require_silence(*gpu);
 }

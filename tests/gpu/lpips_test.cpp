@@ -178,9 +178,9 @@ TEST_CASE("LPIPS is as defined", "[lpips][each_driver]") {
 
 TEST_CASE("LPIPS: half precision is read", "[lpips]") {
   SmallNetwork network;
-  // 1, -2, 2^-24, 65504 and others as halves.
+  // 1, 2, 2^-24, 65504 and others as halves.
   const std::vector<std::pair<std::uint16_t, float>> known{
-      {0x3c00, 1.0f}, {0xc000, -2.0f}, {0x0001, 0x1p-24f}, {0x7bff, 65504.0f}, {0x3555, 0.33325195f}};
+      {0x3c00, 1.0f}, {0x4000, 2.0f}, {0x0001, 0x1p-24f}, {0x7bff, 65504.0f}, {0x3555, 0.33325195f}};
   std::vector<std::uint16_t> halves;
   for (const auto& [half, value] : known) halves.push_back(half);
   soup::SafetensorsWriter writer;
@@ -205,6 +205,7 @@ TEST_CASE("LPIPS: what is wrong with a file is said", "[lpips]") {
   };
   CHECK(message([](SmallNetwork&) {}).empty());
   CHECK_THAT(message_of_network(std::string(20, 'x')), Contains("copy it again") && !Contains("checkpoint"));
+  CHECK_THAT(message([](SmallNetwork& n) { n.values.at("tap.0.weight")[1] = -0.1f; }), Contains("negative weights"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:1"; }), Contains("no layer is a tap"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers = "conv:1:1 tap"; }), Contains("belongs to no layer"));
   CHECK_THAT(message([](SmallNetwork& n) { n.layers += " tap"; }), Contains("'tap.3.weight'"));

@@ -26,6 +26,8 @@ class Messages(SceneTest):
         self.fails(trisoup.Error, "nowhere", trisoup.Dataset, self.folder / "nowhere")
         self.fails(trisoup.Error, "toaster", trisoup.Device, "toaster")
         self.fails(trisoup.Error, "there is no 'slow'", train, preset="slow")
+        self.fails(trisoup.Error, "preset: is empty", train, preset="")
+        self.fails(trisoup.Error, "no such device", trisoup.Device, "cpu", "a\nb")
         self.fails(trisoup.Error, "nearest is huber", train, settings={"hubber": 1})
         self.fails(trisoup.Error, "`knee` is", train, settings={"knee": "much"})
         self.fails(trisoup.Error, "soup-simplify", train, settings={"target_psnr": 30})
@@ -94,6 +96,7 @@ class Messages(SceneTest):
         self.fails(ValueError, "mask", make, masks=[wide[:, :, 0]] * 6)
         self.fails(trisoup.Error, "two have the name", make, names=["a"] * 6)
         self.fails(trisoup.Error, "all are test views", make, test=[True] * 6)
+        self.fails(TypeError, "True or False", make, test=[0.5] * 6)
         self.fails(trisoup.Error, "masks exclude", make, masks=[np.zeros(images[0].shape[:2], bool)] * 6)
         self.fails(ValueError, "points", make, points=np.zeros((3, 2)))
         self.fails(ValueError, "not finite", make, points=np.full((3, 3), np.inf))
@@ -113,6 +116,8 @@ class Messages(SceneTest):
         self.fails(TypeError, "steps: is a str; give a whole number", trisoup.Training, self.scene, steps="many")
         for steps in (-1, 2**40, 2**80, np.int64(-3)):
             self.fails(ValueError, f"steps: {steps}; give 1 to", trisoup.Training, self.scene, steps=steps, device=CPU)
+        for seed in (-1, 2**64):
+            self.fails(ValueError, f"seed: {seed}; give 0 to", trisoup.Training, self.scene, seed=seed, device=CPU)
         for steps in (2.0, np.True_, True):
             self.fails(TypeError, "give a whole number", trisoup.Training, self.scene, steps=steps, device=CPU)
         self.fails(trisoup.Error, "too far", train, vertices=np.full((1, 3, 3), 1e30))

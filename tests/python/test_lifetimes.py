@@ -2,6 +2,8 @@
 
 import gc
 import pickle
+import subprocess
+import sys
 import unittest
 import weakref
 
@@ -75,6 +77,21 @@ class Lifetimes(SceneTest):
         del study
         gc.collect()
         self.assertIsNone(gone())
+
+    def test_threads_may_outlive_the_interpreter(self) -> None:
+        """Threads that are in C++ while Python ends do not end the process with an error."""
+        code = ("import sys, threading, time, trisoup\n"
+                "model, device = trisoup.Model.load(sys.argv[1]), trisoup.Device('cpu')\n"
+                "camera = model.cameras[0].camera.resized(300, 300)\n"
+                "def draw():\n"
+                "    while True: model.render(camera, device=device)\n"
+                "threading.Thread(target=draw, daemon=True).start()\n"
+                "time.sleep(0.3)\n")
+        self.model().save(self.folder / "threads.glb")
+        for _ in range(1 if SANITIZED else 3):
+            done = subprocess.run([sys.executable, "-c", code, self.folder / "threads.glb"], capture_output=True,
+                                  text=True)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_cameras_can_be_pickled(self) -> None:
         camera = self.scene.test[0].camera

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/cuda/small_writes.h"
@@ -333,7 +334,7 @@ std::unique_ptr<Device> open_cuda_device(const DeviceOptions& options) {
       if (number < 0 && d.name.find(options.device) != std::string::npos) number = d.index;
   }
   if (number < 0 || number >= static_cast<int>(devices.size()))
-    throw Error("`device` {}: there is no such device; `list_devices` prints the devices", options.device);
+    throw Error("`device` {}: there is no such device; `list_devices` prints the devices", printable(options.device));
   return std::make_unique<CudaDevice>(number, options);
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "gpu/vulkan/vulkan_backend.h"
 #include "gpu/vulkan/vulkan_graphics.h"
 #include "kernel_binaries.h"
@@ -493,7 +494,8 @@ std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
       const bool match = is_number ? d.second.index == number : d.second.name.find(options.device) != std::string::npos;
       if (match && !chosen) chosen = &d;
     }
-    if (!chosen) throw Error("`device` {}: there is no such device; `list_devices` prints the devices", options.device);
+    if (!chosen)
+      throw Error("`device` {}: there is no such device; `list_devices` prints the devices", printable(options.device));
   }
   return std::make_unique<VulkanDevice>(std::move(instance), chosen->first, chosen->second, options);
 }

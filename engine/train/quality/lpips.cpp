@@ -73,7 +73,11 @@ class NetworkReader {
     LpipsLayer layer;
     layer.channels = layer.results = channels_;
     if (word == "tap") {
-      layer.weights = take("tap." + std::to_string(taps_++) + ".weight", {channels_});
+      const std::string name = "tap." + std::to_string(taps_++) + ".weight";
+      layer.weights = take(name, {channels_});
+      if (std::any_of(layer.weights.begin(), layer.weights.end(), [](float w) { return w < 0; }))
+        throw Error("{}: array '{}' has negative weights, which would subtract differences; {}", file_.where(), name,
+                    kConvertAgain);
       return layer;
     }
     // "conv:1:1"

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "args/inherit_textures.h"
@@ -22,6 +24,9 @@ namespace {
 /// Fewest pixels per triangle, over all views, for splitting. With fewer pixels, most halves would be visible in no
 /// view, and each refinement would drop and split triangles until no triangles remain.
 constexpr std::uint64_t kPixelsPerTriangle = 4;
+
+/// A painted triangle is split if its finest possible texture has more than so many photograph pixels per sample.
+constexpr double kPixelsPerSample = 2;
 
 /// Number of views in which the real recipe measures edges.
 constexpr std::size_t kSplitViews = 20;
@@ -83,7 +88,7 @@ double share_of_parent(const soup::Corners& c) {
   return std::abs(a.x * b.y - a.y * b.x);
 }
 
-/// TriangleVisibility::area of the triangles of `change`, from that of their parents.
+/// Areas in pixels of the triangles of `change`, from those of their parents.
 std::vector<double> areas_of(const soup::Subdivision& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
@@ -207,11 +212,27 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
   return soup::make_texture_table(levels);
 }
 
+/// Until the textures are summed again. Shows triangles whose opacities are below the threshold.
+void make_opaque(gpu::Device& gpu, SoupBuffers& soup) {
+  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
+}
+
 struct Kept {
   std::vector<std::uint32_t> triangles;  // ascending; empty if no view would show a triangle even if all were opaque
   std::uint64_t pixels = 0;              // number of pixels that show a triangle, over all views
   std::vector<double> areas;             // of all triangles (TriangleVisibility::area)
+  std::vector<double> shown;             // of all triangles (shown_pixels())
 };
+
+/// Photograph pixels that show each triangle, mean over the views that show it. Unlike TriangleVisibility::area it is
+/// small for triangles that are mostly hidden, or large at a single grazing pixel. The backdrop has 0: it is large in
+/// every view but shows little. views: measured at kCountScale.
+std::vector<double> shown_pixels(const TriangleVisibility& seen, const std::vector<bool>& backdrop) {
+  std::vector<double> shown(seen.pixels.size(), 0.0);
+  for (std::size_t t = 0; t < shown.size(); ++t)
+    if (!backdrop[t] && seen.views[t] > 0) shown[t] = seen.pixels[t] / (kCountScale * kCountScale * seen.views[t]);
+  return shown;
+}
 
 /// The triangles that the real recipe keeps: the backdrop, and those most visible in `views` views, up to the budget.
 /// Drops triangles that too few views show.
@@ -243,14 +264,30 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::sp
   if (pixels > 0)
     return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(visibility.pixels)
                                                  : most_visible(visibility, backdrop, settings, views.size()),
-            pixels, areas()};
+            pixels, areas(), shown_pixels(visibility, backdrop)};
   // Either every triangle is transparent (photographs of the background) or none is in view. Only the first case can
   // recover, so measure again with opaque triangles.
-  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
+  make_opaque(gpu, soup);
   visibility = measure_visible(gpu, soup, buffers, views);
   Step(gpu, soup, buffers).sum_textures();
   if (total() == 0) return {};
-  return {soup::most_visible(visibility.pixels, settings.triangles), total(), areas()};
+  return {soup::most_visible(visibility.pixels, settings.triangles), total(), areas(),
+          shown_pixels(visibility, backdrop)};
+}
+
+/// All triangles but the `count` least visible ones of those that `kept` lacks; ascending.
+std::vector<std::uint32_t> without_least_visible(const Kept& kept, std::size_t count) {
+  std::vector<std::uint32_t> all(kept.shown.size()), dropped;
+  std::iota(all.begin(), all.end(), 0u);
+  std::set_difference(all.begin(), all.end(), kept.triangles.begin(), kept.triangles.end(),
+                      std::back_inserter(dropped));
+  std::stable_sort(dropped.begin(), dropped.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return kept.shown[a] < kept.shown[b]; });
+  dropped.resize(std::min(count, dropped.size()));
+  std::sort(dropped.begin(), dropped.end());
+  std::vector<std::uint32_t> rest;
+  std::set_difference(all.begin(), all.end(), dropped.begin(), dropped.end(), std::back_inserter(rest));
+  return rest;
 }
 
 }  // namespace
@@ -303,11 +340,8 @@ RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
   soup::Subdivision split =
       split_on_screens(gpu, soup, buffers, views, settings, step, change.vertices, last ? 0 : most_triangles);
   if (fills_budget && split.triangles() < settings.triangles) {
-    std::vector<double> sizes = areas_of(split, areas_of(change, kept.areas));
-    const std::vector<bool> backdrop = find_backdrop(split.vertices, settings);
-    for (std::size_t t = 0; t < sizes.size(); ++t)
-      if (backdrop[t]) sizes[t] = 0;
-    split = soup::compose(split, soup::bisect_largest(split.vertices, sizes, kPixelsPerTriangle, settings.triangles));
+    const std::vector<double> shown = areas_of(split, areas_of(change, kept.shown));
+    split = soup::compose(split, soup::bisect_largest(split.vertices, shown, kPixelsPerTriangle, settings.triangles));
   }
   apply(gpu, soup, buffers, split, levels_of(soup, split, areas(split, kept_areas), settings), settings);
   return RefineOutcome::done;
@@ -334,10 +368,31 @@ void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
   Step(gpu, soup, buffers).sum_textures();
 }
 
+void split_coarse(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+                  const Settings& settings) {
+  make_opaque(gpu, soup);
+  const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
+  const std::vector<bool> backdrop = find_backdrop(vertices, settings);
+  Kept kept = to_keep(gpu, soup, buffers, views.half, backdrop, settings);
+  if (kept.triangles.empty()) return;
+  const double limit = kPixelsPerSample * std::pow(4.0, settings.level_max) / 2;  // samples as in as_fine_as()
+  const std::size_t wanted = soup::bisect_largest(vertices, kept.shown, limit / 2, ~std::size_t{0}).triangles();
+  if (wanted == soup.triangles) return;
+  const std::size_t budget = std::max(settings.triangles, soup.triangles);
+  if (wanted > budget && settings.backdrop > 0)
+    guard_holes(gpu, soup, buffers, views.half, backdrop, settings.triangles, kept.triangles);
+  const soup::Subdivision change =
+      soup::keep(vertices, without_least_visible(kept, wanted > budget ? wanted - budget : 0));
+  const soup::Subdivision split =
+      soup::compose(change, soup::bisect_largest(change.vertices, areas_of(change, kept.shown), limit / 2, budget));
+  const std::vector<soup::TextureLevels> levels(split.triangles(), soup::TextureLevels{0, 0});
+  apply(gpu, soup, buffers, split, levels, settings);
+}
+
 void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
            const Settings& settings) {
   // Initial opacities may be below the threshold, so measure with opaque triangles.
-  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
+  make_opaque(gpu, soup);
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);
   const TriangleRange own = soup.partition->own(table.entries);
   FixedSums colours = sum_photographs(gpu, soup, buffers, views.full, table.entries, own);

@@ -54,8 +54,14 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                      const Settings& settings);
 
-/// The same for an untrained soup with textures of level 0. Fills the textures with the mean of the photographs'
-/// colours where each triangle is visible. Opacities stay.
+/// Splits triangles of an untrained surface, with textures of level 0, of which the photographs that show them have
+/// more than two pixels per sample of level_max: places with few points, far or plain, have few and large triangles. If
+/// the budget has no room, the least visible of those triangles go that the first refinement would drop.
+void split_coarse(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+                  const Settings& settings);
+
+/// Chooses the levels of an untrained soup with textures of level 0 as add_fine_levels() does. Fills the textures with
+/// the mean of the photographs' colours where each triangle is visible. Opacities stay.
 void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
            const Settings& settings);
 
