@@ -82,7 +82,8 @@ LAYERS = [
      Folder("tools/", ["soup-edit, soup-eval,", "soup-export, soup-bench"]),
      Folder("viewer/", ["soup-view, window of", "soup-train"]),
      Folder("cli/, pages/, web/", ["shared options, web pages,", "viewer for browsers"])],
-    [Folder("engine/api/", ["public C++ interface"]),
+    [Folder("python/", ["the Python module"]),
+     Folder("engine/api/", ["public C++ interface"]),
      Folder("engine/run/", ["training loop, presets, checkpoints,", "output folder"])],
     [Folder("engine/train/", [
         "config: settings and schedule", "step: one training step", "start: initial triangles",
@@ -130,11 +131,12 @@ def step() -> Picture:
     hits = box(centre, 110, "visibility", ["per pixel: triangle, barycentrics,", "depth (hits)"])
     shade = box(centre, 204, "shade", ["texture, view direction, MLP:", "colour"])
     photos = box(right, 204, "sample_photographs, expose",
-                 ["photographs at the sampled", "positions, exposures"])
+                 ["photographs at the sampled positions;", "measure_motion: errors of poses"])
     loss = box(centre, 298, "ssim, loss_gradient", ["0.8 L1 + 0.1 (1 - SSIM):", "gradient by colour"])
     order = box(right, 392, "count_visible, place_pixels", ["pixels sorted by triangle"])
     mlp = box(centre, 392, "shade_backward", ["gradients of features per pixel", "and of the MLP"])
-    edges = box(left, 392, "edge_forces", ["differences of neighbouring pixels:", "gradients of vertices"])
+    edges = box(left, 392, "edge_forces, depth_gradient",
+                ["differences of neighbouring pixels,", "depth maps: gradients of vertices"])
     opacity = box(centre, 486, "opacity_backward",
                   ["likelihood ratio over the tile lists:", "gradients of opacities"])
     textures = box(centre, 590, "update_textures", ["one workgroup per triangle:", "all levels, Adam, sigmoid"])
