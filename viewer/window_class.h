@@ -156,6 +156,8 @@ class Window {
   void play_path(bool play);
   void advance_path(double seconds);
   void draw_path();
+  /// Begins the panel of what is edited, in the lower right corner. Returns false if it is being closed.
+  bool begin_corner_panel(const char* title);
   void path_panel();
   void key_frame_row(std::size_t key);
   void path_file_section();

@@ -246,4 +246,13 @@ void Window::announce_shaders() {
   list.AddText(at, ImGui::GetColorU32(ImGuiCol_Text), line);
 }
 
+bool Window::begin_corner_panel(const char* title) {
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({screen.x - 10, screen.y - 10 - strip_height_}, ImGuiCond_Always, {1.0f, 1.0f});
+  bool open = true;
+  ImGui::Begin(title, &open,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+  return open;
+}
+
 }  // namespace trisoup::viewer

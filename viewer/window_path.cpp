@@ -173,11 +173,7 @@ void Window::path_file_section() {
 }
 
 void Window::path_panel() {
-  const ImVec2 screen = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({screen.x - 10, screen.y - 10 - strip_height_}, ImGuiCond_Always, {1.0f, 1.0f});
-  bool open = true;
-  ImGui::Begin("Camera path", &open,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+  const bool open = begin_corner_panel("Camera path");
   const std::size_t count = camera_path_.keys().size();
   if (ImGui::Button("Add (K)")) add_key_frame();
   ImGui::SameLine();

@@ -337,11 +337,7 @@ void Window::selection_sets() {
 }
 
 void Window::selection_panel() {
-  const ImVec2 screen = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({screen.x - 10, screen.y - 10 - strip_height_}, ImGuiCond_Always, {1.0f, 1.0f});
-  bool open = true;
-  ImGui::Begin("Select", &open,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+  const bool open = begin_corner_panel("Select");
   selection_tools();
   ImGui::Separator();
   selection_sets();

@@ -37,8 +37,8 @@ class CancellationScope {
   CancellationScope* outer_;
 };
 
-/// Throws Cancelled if the scope of this thread says so.. parallel_for(), kernel launches and waiting
-/// for other programs call it.
+/// Throws Cancelled if the innermost scope of this thread says so. parallel_for(), kernel launches and waiting for
+/// other programs call it.
 void check_cancellation();
 
 }  // namespace trisoup
