@@ -14,11 +14,13 @@ fail() {
   echo "FAIL: $*" >&2
   exit 1
 }
+# ... | has ARGUMENT...: as grep -q, but reads to the end: a writer that finds its pipe closed fails (pipefail).
+has() { grep -c "$@" >/dev/null; }
 # psnr_of METRICS: prints the mean PSNR of the test views.
 psnr_of() { grep -m 1 -o '"psnr": [0-9.]*' "$1" | cut -d' ' -f2; }  # those of the views follow
 # round_that_went_back RUN: prints the first round of simplification that started from an earlier round's soup, if any.
 round_that_went_back() {
-  grep -o '"from": [0-9]*' "$1/metrics.json" | awk 'NR > 1 && $2 != NR - 2 { print NR - 1; exit }'
+  grep -o '"from": [0-9]*' "$1/metrics.json" | awk 'NR > 1 && $2 != NR - 2 && !found++ { print NR - 1 }'
 }
 
 # state_of CHECKPOINT: prints a hash of the checkpoint without its times and the padding of its header.
