@@ -209,13 +209,9 @@ void leave_out_as_trained(const Options& o, const soup::ModelFile& file, const R
   }
   s.test_near = recorded.near;
   s.far = recorded.far;
-  std::error_code ignored;
-  for (const std::string& path : {s.removed_from, s.init})
-    if (!s.removed_from.empty() && !std::filesystem::exists(path, ignored)) {
-      o.load.warn(
-          fmt::format("{}: is not there; the pixels that show what was removed from the model count", printable(path)));
-      return;
-    }
+  if (const std::string path = train::missing_model(s); !path.empty())
+    return o.load.warn(
+        fmt::format("{}: is not there; the pixels that show what was removed from the model count", printable(path)));
   if (const std::string line = train::leave_out_removed(gpu, scene, s); !line.empty())
     std::fprintf(stderr, "%s\n", line.c_str());
 }

@@ -187,12 +187,9 @@ void TrainingRun::read() {
 
 /// What was removed from the model before its training does not count.
 void TrainingRun::leave_out() {
-  std::error_code ignored;
-  if (file_ && !settings_.removed_from.empty() && !std::filesystem::exists(settings_.removed_from, ignored)) {
-    std::fprintf(stderr,
-                 "warning: %s: is not there, but the model was trained without what was removed from it; the "
-                 "training fills its place\n",
-                 printable(settings_.removed_from).c_str());
+  if (const std::string path = train::missing_model(settings_); file_ && !path.empty()) {
+    std::fprintf(stderr, "warning: %s: is not there, so training fills what was removed from the model; put it back\n",
+                 printable(path).c_str());
     settings_.removed_from.clear();
   }
   if (const std::string line = train::leave_out_removed(*device_, scene_, settings_); !line.empty()) say(o_, line);

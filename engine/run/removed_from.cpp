@@ -14,14 +14,22 @@
 namespace trisoup::train {
 namespace {
 
-soup::ModelFile read(const std::string& path, const char* setting) {
+bool is_there(const std::string& path) {
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored))
-    throw Error("{}: is not there, but `{}` names it; put it back", printable(path), setting);
+  return std::filesystem::exists(soup::model_in(path), ignored);
+}
+
+soup::ModelFile read(const std::string& path, const char* setting) {
+  if (!is_there(path)) throw Error("{}: is not there, but `{}` names it; put it back", printable(path), setting);
   return soup::read_model(soup::model_in(path));
 }
 
 }  // namespace
+
+std::string missing_model(const Settings& settings) {
+  if (settings.removed_from.empty()) return {};
+  return !is_there(settings.removed_from) ? settings.removed_from : !is_there(settings.init) ? settings.init : "";
+}
 
 std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Settings& settings) {
   if (settings.removed_from.empty()) return {};
@@ -39,7 +47,8 @@ std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Setti
     throw Error("{}: {} has all of its triangles, so nothing was removed; leave `removed_from` out", original, cleaned);
   const RemovedShares shares = mask_removed(gpu, scene, before.model, removed.triangles, settings);
   return fmt::format(
-      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them and "
+      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them "
+      "and "
       "do not count",
       removed.count, before.model.triangles(), original, 100 * shares.train, 100 * shares.test);
 }
