@@ -163,7 +163,8 @@ void Window::begin_stroke(const glm::dvec2& at) {
   selection_->editor().begin(how);
   select_.stroke = true;
   select_.way = {at};
-  if (select_.tool == SelectTool::brush) continue_brush(at, at);
+  if (select_.tool == SelectTool::brush) return continue_brush(at, at);
+  mark_selection();  // a lasso begins with nothing selected
 }
 
 void Window::select_by_mouse() {
