@@ -73,6 +73,7 @@ void Window::mark_selection() {
 void Window::show_selection() {
   try {
     if (auto part = selection_->take_model()) {
+      warned_ = false;
       part->drop_near = subject_->model.drop_near;
       subject_->model = std::move(*part);
       model_ = render::upload_model(*gpu_, subject_->model);

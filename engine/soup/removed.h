@@ -14,8 +14,8 @@ struct Removed {
   std::size_t strangers = 0;    // triangles of `cleaned` that the original lacks
 };
 
-/// Compares corners, exactly, as both files store them. Order of triangles and of corners does not matter. soup-edit and
-/// the window keep corners exactly; training, simplifying and exporting to a web page do not.
+/// Compares corners, exactly, as both files store them. Order of triangles and of corners does not matter. soup-edit
+/// and the window keep corners exactly; training, simplifying and exporting to a web page do not.
 Removed removed_triangles(const Model& original, const Model& cleaned);
 
 }  // namespace trisoup::soup

@@ -39,21 +39,21 @@ double mask_views(gpu::Device& gpu, LoadedModel& original, const std::vector<boo
   std::vector<BatchView> drawn;
   for (const scene::View& view : views) drawn.push_back(batch_view(view.camera, near, far));
   double sum = 0;
-  for_each_batch(gpu, original.soup, original.buffers, drawn, false, {}, views.size(),
-                 [&](std::size_t first, std::size_t count) {
-                   const std::vector<kernels::ViewRecord>& records = original.buffers.batch().records;
-                   const auto hits = gpu.download_vector<kernels::Hit>(original.buffers.hits.address(),
-                                                                       original.buffers.batch().pixels);
-                   for (std::size_t i = 0; i < count; ++i) {
-                     std::vector<bool> marked(std::size_t(records[i].width) * records[i].height);
-                     for (std::size_t p = 0; p < marked.size(); ++p) {
-                       const std::uint32_t hit = hits[records[i].pixel_offset + p].triangle;
-                       marked[p] = hit > 0 && removed[hit - 1];
-                     }
-                     if (std::find(marked.begin(), marked.end(), true) != marked.end())
-                       sum += mask_out(marked, views[first + i].camera, views[first + i].image);
-                   }
-                 });
+  for_each_batch(
+      gpu, original.soup, original.buffers, drawn, false, {}, views.size(), [&](std::size_t first, std::size_t count) {
+        const std::vector<kernels::ViewRecord>& records = original.buffers.batch().records;
+        const auto hits =
+            gpu.download_vector<kernels::Hit>(original.buffers.hits.address(), original.buffers.batch().pixels);
+        for (std::size_t i = 0; i < count; ++i) {
+          std::vector<bool> marked(std::size_t(records[i].width) * records[i].height);
+          for (std::size_t p = 0; p < marked.size(); ++p) {
+            const std::uint32_t hit = hits[records[i].pixel_offset + p].triangle;
+            marked[p] = hit > 0 && removed[hit - 1];
+          }
+          if (std::find(marked.begin(), marked.end(), true) != marked.end())
+            sum += mask_out(marked, views[first + i].camera, views[first + i].image);
+        }
+      });
   return views.empty() ? 0.0 : sum / double(views.size());
 }
 
