@@ -1,4 +1,5 @@
 #include <cmath>
+#include <cstring>
 #include <optional>
 
 #include "api/impl.h"
@@ -97,6 +98,23 @@ void refuse_goals(const train::Settings& settings) {
     throw Error("goals and `validation_views` are for soup-train and soup-simplify; leave them out");
 }
 
+/// Calls work. Errors of checkpoints name options of soup-train where a caller of the library can only begin anew.
+template <typename Work>
+void without_options(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    std::string text = error.what();
+    for (const char* advice :
+         {"choose another `output` or start again with `overwrite`", "start again with `overwrite`"})
+      if (const std::size_t at = text.find(advice); at != std::string::npos) {
+        text.replace(at, std::strlen(advice), "start a new training");
+        throw Error("{}", text);
+      }
+    throw;
+  }
+}
+
 /// The scene that the training sees.
 const scene::Scene& seen(Training::Impl& impl, gpu::Device& gpu, const train::Settings& settings) {
   const scene::Scene& scene = impl.dataset.impl().scene;
@@ -160,9 +178,12 @@ Training::Training(const Device& device, const Dataset& dataset, const TrainingO
 Training Training::resume(const Device& device, const Dataset& dataset, const std::filesystem::path& checkpoint) {
   auto impl = std::make_unique<Impl>(device, dataset);
   const DeviceLock lock(device);
-  const train::Settings settings = train::checkpoint_info(checkpoint).settings;
-  refuse_goals(settings);
-  impl->trainer = std::make_unique<train::Trainer>(lock.gpu(), seen(*impl, lock.gpu(), settings), settings, checkpoint);
+  without_options([&] {
+    const train::Settings settings = train::checkpoint_info(checkpoint).settings;
+    refuse_goals(settings);
+    impl->trainer =
+        std::make_unique<train::Trainer>(lock.gpu(), seen(*impl, lock.gpu(), settings), settings, checkpoint);
+  });
   return Training(std::move(impl));
 }
 
