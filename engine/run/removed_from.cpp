@@ -45,11 +45,10 @@ std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Setti
         original, cleaned, removed.strangers, after.model.triangles());
   if (removed.count == 0)
     throw Error("{}: {} has all of its triangles, so nothing was removed; leave `removed_from` out", original, cleaned);
-  const RemovedShares shares = mask_removed(gpu, scene, before.model, removed.triangles, settings);
+  const RemovedShares shares = mask_removed(gpu, scene, before.model, removed.triangles, after.model, settings);
   return fmt::format(
-      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them "
-      "and "
-      "do not count",
+      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them: "
+      "these parts of photographs do not count",
       removed.count, before.model.triangles(), original, 100 * shares.train, 100 * shares.test);
 }
 
