@@ -128,10 +128,10 @@ std::string settings_page() {
   std::string text =
       "# Settings\n\n"
       "All settings of a training. `metrics.json` records them under `settings`. In soup-train most settings have\n"
-      "an option of the same name (`init_count`: `--init-count`); experimental ones are set by `--set name=value`.\n"
-      "The library takes all of them as \"name=value\". The presets are `best` (the default), `fast`, `balanced` and\n"
-      "`published`. Values out of range are refused with the range.\n\n"
-      "`soup-train --settings-page` writes this page; a test compares it.\n";
+      "an option of the same name (`init_count`: `--init-count`). The library takes all of them as \"name=value\". "
+      "The\n"
+      "presets are `best` (the default), `fast`, `balanced` and `published`.\n\n"
+      "`soup-train --settings-page` writes this page.\n";
   std::string_view group;
   for (const Setting& s : train::settings_table()) {
     if (s.access == train::Access::internal) continue;

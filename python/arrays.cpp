@@ -1,6 +1,7 @@
 #include "arrays.h"
 
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -55,13 +56,42 @@ bool is_bool(const py::handle& object) {
   return py::isinstance<py::bool_>(object) || py::isinstance(object, py::module_::import("numpy").attr("bool_"));
 }
 
+namespace {
+
+[[noreturn]] void refuse_type(const py::handle& object, const char* name, const char* wanted) {
+  PyErr_Clear();
+  throw py::type_error(
+      fmt::format("{}: is a {}; give {}", name, std::string(py::str(py::type::of(object).attr("__name__"))), wanted));
+}
+
+/// The Python int. True is none.
+py::object index_of(const py::handle& object, const char* name) {
+  auto number = is_bool(object) ? py::object() : py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  if (!number) refuse_type(object, name, "a whole number");
+  return number;
+}
+
+}  // namespace
+
+int int_from(const py::handle& object, const char* name) {
+  const py::object number = index_of(object, name);
+  int overflow = 0;
+  const long value = PyLong_AsLongAndOverflow(number.ptr(), &overflow);
+  constexpr long kMost = std::numeric_limits<int>::max();
+  if (overflow != 0 || value < -kMost || value > kMost)
+    throw py::value_error(fmt::format("{}: {}; give {} at most", name, std::string(py::str(number)), kMost));
+  return static_cast<int>(value);
+}
+
+double number_from(const py::handle& object, const char* name) {
+  const bool truth = is_bool(object);
+  const double value = truth ? 0.0 : PyFloat_AsDouble(object.ptr());
+  if (truth || PyErr_Occurred()) refuse_type(object, name, "a number");
+  return value;
+}
+
 std::uint64_t whole_number_from(const py::handle& object, const char* name, std::uint64_t least, std::uint64_t most) {
-  const auto number = is_bool(object) ? py::object() : py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
-  if (!number) {
-    PyErr_Clear();
-    throw py::type_error(fmt::format("{}: is a {}; give a whole number", name,
-                                     std::string(py::str(py::type::of(object).attr("__name__")))));
-  }
+  const py::object number = index_of(object, name);
   const std::uint64_t value = PyLong_AsUnsignedLongLong(number.ptr());
   const bool fits = !PyErr_Occurred();
   PyErr_Clear();

@@ -91,6 +91,10 @@ bool is_bool(const py::handle& object);
 
 /// Returns a whole number from `least` to `most`. Throws TypeError or ValueError.
 std::uint64_t whole_number_from(const py::handle& object, const char* name, std::uint64_t least, std::uint64_t most);
+/// Returns a whole number, which may be negative. Throws as whole_number_from().
+int int_from(const py::handle& object, const char* name);
+/// Returns a number. Throws TypeError, also for a bool.
+double number_from(const py::handle& object, const char* name);
 /// From 1 to 2^32 - 1.
 std::uint32_t count_from(const py::handle& object, const char* name);
 

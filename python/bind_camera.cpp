@@ -36,8 +36,11 @@ void bind_camera(py::module_& module) {
   py::class_<Camera>(module, "Camera", R"(A pinhole camera without distortion, in the dataset's coordinates and units.
 
 Axes as in OpenCV: x right, y down, z forward. Pixel (i, j) covers [i, i+1) x [j, j+1); row 0 is the top.)")
-      .def(py::init([](int width, int height, double fx, double fy, double cx, double cy, const py::object& pose) {
-             return Camera{width, height, fx, fy, cx, cy, matrix_from(pose)};
+      .def(py::init([](const py::object& width, const py::object& height, const py::object& fx, const py::object& fy,
+                       const py::object& cx, const py::object& cy, const py::object& pose) {
+             return Camera{int_from(width, "width"), int_from(height, "height"), number_from(fx, "fx"),
+                           number_from(fy, "fy"),    number_from(cx, "cx"),      number_from(cy, "cy"),
+                           matrix_from(pose)};
            }),
            py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
            py::arg("world_to_camera") = py::none(),
@@ -45,15 +48,20 @@ Axes as in OpenCV: x right, y down, z forward. Pixel (i, j) covers [i, i+1) x [j
            "vectors (x, y, z, 1); None: identity.")
       .def_static(
           "look_at",
-          [](const py::object& eye, const py::object& target, const py::object& up, double fov, int width, int height) {
-            return look_at(point_from(eye, "eye"), point_from(target, "target"), point_from(up, "up"), fov, width,
-                           height);
+          [](const py::object& eye, const py::object& target, const py::object& up, const py::object& fov,
+             const py::object& width, const py::object& height) {
+            return look_at(point_from(eye, "eye"), point_from(target, "target"), point_from(up, "up"),
+                           number_from(fov, "fov"), int_from(width, "width"), int_from(height, "height"));
           },
           py::arg("eye"), py::arg("target"), py::arg("up"), py::arg("fov"), py::arg("width"), py::arg("height"),
           "The camera at `eye` that looks at `target`. fov: vertical, degrees. Raises Error if `up` is parallel to the "
           "viewing direction.")
-      .def("resized", &resized, py::arg("width"), py::arg("height"),
-           "The camera for an image of another size that shows the same.")
+      .def(
+          "resized",
+          [](const Camera& camera, const py::object& width, const py::object& height) {
+            return resized(camera, int_from(width, "width"), int_from(height, "height"));
+          },
+          py::arg("width"), py::arg("height"), "The camera for an image of another size that shows the same.")
       .def_readonly("width", &Camera::width, "pixels")
       .def_readonly("height", &Camera::height, "pixels")
       .def_readonly("fx", &Camera::fx, "pixels")

@@ -139,9 +139,11 @@ void bind_view(py::module_& module) {
 void bind_dataset(py::module_& module) {
   bind_view(module);
   py::class_<Dataset, std::shared_ptr<Dataset>>(module, "Dataset", "Photographs with known camera poses.")
-      .def(py::init([](const std::filesystem::path& path, double resolution, int test_every,
+      .def(py::init([](const std::filesystem::path& path, const py::object& resolution, const py::object& test_every,
                        const std::string& background, const std::string& alpha, bool invert_masks, bool outside) {
-             DatasetOptions options = dataset_options(resolution, test_every, background, alpha, invert_masks, outside);
+             DatasetOptions options =
+                 dataset_options(number_from(resolution, "resolution"), int_from(test_every, "test_every"), background,
+                                 alpha, invert_masks, outside);
              std::shared_ptr<Dataset> dataset;
              with_signals([&](const Interruption& interrupted) {
                options.interrupted = interrupted;
@@ -160,10 +162,11 @@ lie outside of the folder. Raises Error if files are missing or damaged.)")
       .def_static(
           "from_arrays",
           [](const py::sequence& images, const py::sequence& cameras, const py::object& masks, const py::object& names,
-             const py::object& test, const py::object& points, const py::object& colours, int test_every,
+             const py::object& test, const py::object& points, const py::object& colours, const py::object& every,
              const std::string& background, const std::string& alpha) {
             const std::vector<Photograph> photographs = photographs_from(images, cameras, masks, names, test);
             const PointSet set = points_from(points, colours);
+            const int test_every = int_from(every, "test_every");
             const bool given = !test.is_none();  // which views are test views
             const Unlocked unlocked;
             return make_owned<Dataset>(photographs, set,

@@ -20,9 +20,11 @@
 #include "format/model_file.h"
 #include "format/plain_colours.h"
 #include "run/dataset_match.h"
+#include "run/removed_from.h"
 #include "run/renders.h"
 #include "scene/hold_out.h"
 #include "scene/scene.h"
+#include "train/config/settings.h"
 #include "train/quality/aligned_views.h"
 #include "train/quality/baked_colours.h"
 #include "train/quality/evaluate.h"
@@ -194,6 +196,26 @@ void take_out_validation(const soup::ModelFile& file, scene::Scene& scene) {
     scene::hold_out(scene, count.get<std::size_t>());
 }
 
+/// Takes out the pixels that the training left out because they show what was removed from the model before it.
+void leave_out_as_trained(const Options& o, const soup::ModelFile& file, const Recorded& recorded, scene::Scene& scene,
+                          gpu::Device& gpu) {
+  train::Settings s;
+  try {
+    s.removed_from = file.settings.value("removed_from", std::string());
+    s.init = file.settings.value("init", std::string());
+    s.near = file.settings.value("near", recorded.near);
+  } catch (const nlohmann::json::exception&) {
+    return;  // of another program
+  }
+  s.test_near = recorded.near;
+  s.far = recorded.far;
+  if (const std::string path = train::missing_model(s); !path.empty())
+    return o.load.warn(
+        fmt::format("{}: is not there; the pixels that show what was removed from the model count", printable(path)));
+  if (const std::string line = train::leave_out_removed(gpu, scene, s); !line.empty())
+    std::fprintf(stderr, "%s\n", line.c_str());
+}
+
 void evaluate(Options& o) {
   o.model_path = soup::model_in(o.model_path).string();
   soup::ModelFile file = soup::read_model(o.model_path);
@@ -216,6 +238,7 @@ void evaluate(Options& o) {
     o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;
   auto device = gpu::open_device(o.device_options);
+  leave_out_as_trained(o, file, recorded, scene, *device);
   std::optional<train::Renders> pictures;
   train::OnRender on_render;
   train::Witnesses witnesses;

@@ -25,6 +25,7 @@
 #include "run/dataset_match.h"
 #include "run/memory_need.h"
 #include "run/model_options.h"
+#include "run/removed_from.h"
 #include "scene/hold_out.h"
 #include "train/quality/baked_colours.h"
 #include "train/quality/evaluate.h"
@@ -174,6 +175,7 @@ void TrainingRun::read() {
                       : o_.settings(scene_);
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
+  leave_out();
   train::check_storable(scene_, train::model_options(scene_, settings_, o_.load));
   folder_.create();
   const std::string held_out = scene_.validation.empty() ? "" : fmt::format(" {} validation", scene_.validation.size());
@@ -181,6 +183,16 @@ void TrainingRun::read() {
       fmt::format("scene: {} training{} and {} test views, {} points, {} recipe, started from {}", scene_.train.size(),
                   held_out.empty() ? "" : "," + held_out, scene_.test.size(), scene_.points.positions.size(),
                   train::to_string(settings_.recipe), start_in_words(settings_.init)));
+}
+
+/// What was removed from the model before its training does not count.
+void TrainingRun::leave_out() {
+  if (const std::string path = train::missing_model(settings_); file_ && !path.empty()) {
+    std::fprintf(stderr, "warning: %s: is not there, so training fills what was removed from the model; put it back\n",
+                 printable(path).c_str());
+    settings_.removed_from.clear();
+  }
+  if (const std::string line = train::leave_out_removed(*device_, scene_, settings_); !line.empty()) say(o_, line);
 }
 
 /// If nobody has said a budget, the first triangles do.

@@ -47,6 +47,7 @@ class TrainingRun {
   void open_device();
   void read_model();
   void read();
+  void leave_out();
   void decide_on_budget();
   void make_start();
   void check_room();

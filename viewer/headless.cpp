@@ -151,7 +151,10 @@ void screenshot(Setting& s) {
   std::error_code none;
   if (std::filesystem::equivalent(*s.options.screenshot, s.subject.path, none))
     throw Error("{}: is the model itself; choose another name for the image", *s.options.screenshot);
-  const std::string ending = std::filesystem::path(*s.options.screenshot).extension().string();
+  const std::filesystem::path picture(*s.options.screenshot);
+  if (!picture.has_filename() || std::filesystem::is_directory(picture, none))
+    throw Error("--screenshot {}: is a folder; add the name of a PNG file", *s.options.screenshot);
+  const std::string ending = picture.extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG")
     throw Error("--screenshot {}: images are written as PNG; give a name that ends with .png", *s.options.screenshot);
   write_picture(s, *s.options.screenshot, camera);

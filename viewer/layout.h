@@ -21,6 +21,13 @@ inline float panel_scale(float display, float width, float height, int panels, b
   return std::clamp(std::floor(8 * scale + 0.01f) / 8, 0.5f, 4.0f);
 }
 
+/// Where a panel begins along an axis so that all of it is in the window, or its beginning if it is larger: as near as
+/// possible to `at`. size: of the panel. space: of the window. Window units.
+inline float inside_window(float at, float size, float space) {
+  constexpr float kEdge = 10;
+  return std::max(kEdge, std::min(at, space - size - kEdge));
+}
+
 /// The panels that are shown beside the help.
 struct BesideHelp {
   bool view = true, training = true;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include <imgui_impl_glfw.h>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "display_loss.h"
 #include "glfw_surface.h"
 #include "layout.h"
@@ -84,6 +86,17 @@ bool Window::leave() {
   glfwHideWindow(window_);
   if (live_) live_->close();
   return !beside_.busy() || beside_.done_within(kFarewell);
+}
+
+void Window::close() {
+  const bool loses = selection_ && selection_->editor().changed() && !std::exchange(warned_, true);
+  glfwSetWindowShouldClose(window_, loses ? GLFW_FALSE : GLFW_TRUE);
+  if (!loses) return;
+  const std::string warning =
+      fmt::format("{}: removed triangles are not saved; save with B, Ctrl S, or close again to lose them",
+                  printable(subject_->path));
+  std::fprintf(stderr, "soup-view: %s\n", warning.c_str());
+  complain(warning);
 }
 
 void Window::set_title(const std::string& title) {

@@ -92,6 +92,8 @@ class Window {
   static Spent spent();
   void take_timings(Detail detail, const Spent& start);
   bool ends() const;
+  /// Closes the window, but first warns once of removed triangles that are not saved.
+  void close();
   void set_title(const std::string& title);
   void scale_fonts();
   void complain(const std::string& text) {
@@ -269,7 +271,8 @@ class Window {
   std::string replaced_;                     // file that another save may replace
   std::optional<ModelSelection> selection_;  // of the open model, once the user edits it
   Selecting select_;
-  gpu::Image marks_;  // selected triangles of model_
+  bool warned_ = false;  // close() has warned, and nothing was removed or restored since
+  gpu::Image marks_;     // selected triangles of model_
   std::unique_ptr<Thumbnails> thumbnails_;
   float view_right_ = 0;    // right edge of the view panel, window units
   float strip_height_ = 0;  // of the thumbnails, window units

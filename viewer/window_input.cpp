@@ -23,6 +23,7 @@ Choice next(Choice choice, int choices) {
 void Window::listen() {
   glfwSetWindowUserPointer(window_, this);
   static constexpr auto of = [](GLFWwindow* w) { return static_cast<Window*>(glfwGetWindowUserPointer(w)); };
+  glfwSetWindowCloseCallback(window_, [](GLFWwindow* w) { of(w)->close(); });
   glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
     of(w)->dropped_.assign(paths, paths + count);
     of(w)->redraw_ = 3;
@@ -119,7 +120,7 @@ void Window::handle_key(int key, int modifiers) {
       chosen_.draw.aa = next(chosen_.draw.aa, 3);
       break;
     case GLFW_KEY_Q:
-      if (modifiers & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_, GLFW_TRUE);
+      if (modifiers & GLFW_MOD_CONTROL) close();
       break;
     case GLFW_KEY_S:
       if ((modifiers & GLFW_MOD_CONTROL) && !camera_path_.keys().empty()) save_path();

@@ -40,6 +40,15 @@ void limit_height(float strip) {
   ImGui::SetNextWindowSizeConstraints({0, 0}, {std::max(50.0f, screen.x - 20), std::max(50.0f, screen.y - 20 - strip)});
 }
 
+/// Keeps the next panel, which the user can drag, inside the window: one that became smaller would leave it outside.
+void keep_inside(const char* title) {
+  const ImGuiWindow* const panel = ImGui::FindWindowByName(title);
+  if (!panel || ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos(
+      {inside_window(panel->Pos.x, panel->Size.x, screen.x), inside_window(panel->Pos.y, panel->Size.y, screen.y)});
+}
+
 }  // namespace
 
 void Window::panels() {
@@ -59,6 +68,7 @@ void Window::panels() {
 
 void Window::view_panel() {
   ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
+  keep_inside("View");
   limit_height(strip_height_);
   ImGui::Begin("View", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
   if (model_) {

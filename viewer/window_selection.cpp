@@ -73,6 +73,7 @@ void Window::mark_selection() {
 void Window::show_selection() {
   try {
     if (auto part = selection_->take_model()) {
+      warned_ = false;
       part->drop_near = subject_->model.drop_near;
       subject_->model = std::move(*part);
       model_ = render::upload_model(*gpu_, subject_->model);
@@ -163,7 +164,8 @@ void Window::begin_stroke(const glm::dvec2& at) {
   selection_->editor().begin(how);
   select_.stroke = true;
   select_.way = {at};
-  if (select_.tool == SelectTool::brush) continue_brush(at, at);
+  if (select_.tool == SelectTool::brush) return continue_brush(at, at);
+  mark_selection();  // a lasso begins with nothing selected
 }
 
 void Window::select_by_mouse() {

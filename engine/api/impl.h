@@ -79,6 +79,9 @@ struct Training::Impl {
   ~Impl();
   Device device;
   Dataset dataset;
+  /// A copy of the dataset's with masks of what was removed (TrainingOptions::set, removed_from). Other trainings of
+  /// the dataset lack them.
+  std::optional<scene::Scene> own_scene;
   std::unique_ptr<train::Trainer> trainer;
   std::vector<std::string> warnings;
   bool running = false, in_picture = false;  // in run(), in TrainingCallbacks::image_loss

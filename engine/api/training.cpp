@@ -1,4 +1,5 @@
 #include <cmath>
+#include <cstring>
 #include <optional>
 
 #include "api/impl.h"
@@ -9,6 +10,7 @@
 #include "run/memory_need.h"
 #include "run/model_options.h"
 #include "run/presets.h"
+#include "run/removed_from.h"
 #include "scene/stereo/surface_points.h"
 #include "train/quality/baked_colours.h"
 #include "train/start/initial_triangles.h"
@@ -96,6 +98,32 @@ void refuse_goals(const train::Settings& settings) {
     throw Error("goals and `validation_views` are for soup-train and soup-simplify; leave them out");
 }
 
+/// Calls work. Errors of checkpoints name options of soup-train where a caller of the library can only begin anew.
+template <typename Work>
+void without_options(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    std::string text = error.what();
+    for (const char* advice :
+         {"choose another `output` or start again with `overwrite`", "start again with `overwrite`"})
+      if (const std::size_t at = text.find(advice); at != std::string::npos) {
+        text.replace(at, std::strlen(advice), "start a new training");
+        throw Error("{}", text);
+      }
+    throw;
+  }
+}
+
+/// The scene that the training sees.
+const scene::Scene& seen(Training::Impl& impl, gpu::Device& gpu, const train::Settings& settings) {
+  const scene::Scene& scene = impl.dataset.impl().scene;
+  if (settings.removed_from.empty()) return scene;
+  impl.own_scene = scene;
+  train::leave_out_removed(gpu, *impl.own_scene, settings);
+  return *impl.own_scene;
+}
+
 /// Makes the trainer.
 void begin(Training::Impl& impl, const TrainingOptions& options) {
   const DeviceLock lock(impl.device);
@@ -126,7 +154,7 @@ void begin(Training::Impl& impl, const TrainingOptions& options) {
     settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
   train::check_storable(scene, train::model_options(scene, settings, dataset.load));
   if (!start) start = train::initial_triangles(scene, settings);
-  impl.trainer = std::make_unique<train::Trainer>(gpu, scene, settings, *start);
+  impl.trainer = std::make_unique<train::Trainer>(gpu, seen(impl, gpu, settings), settings, *start);
 }
 
 }  // namespace
@@ -150,9 +178,12 @@ Training::Training(const Device& device, const Dataset& dataset, const TrainingO
 Training Training::resume(const Device& device, const Dataset& dataset, const std::filesystem::path& checkpoint) {
   auto impl = std::make_unique<Impl>(device, dataset);
   const DeviceLock lock(device);
-  const train::Settings settings = train::checkpoint_info(checkpoint).settings;
-  refuse_goals(settings);
-  impl->trainer = std::make_unique<train::Trainer>(lock.gpu(), dataset.impl().scene, settings, checkpoint);
+  without_options([&] {
+    const train::Settings settings = train::checkpoint_info(checkpoint).settings;
+    refuse_goals(settings);
+    impl->trainer =
+        std::make_unique<train::Trainer>(lock.gpu(), seen(*impl, lock.gpu(), settings), settings, checkpoint);
+  });
   return Training(std::move(impl));
 }
 

@@ -3,7 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstring>
+#include <mutex>
+#include <set>
+#include <vector>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -29,6 +34,7 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
 /// replace it.
 std::filesystem::path target_of(const std::filesystem::path& name) {
   if (name.empty()) throw Error("the output file has no name; give one");
+  if (!name.has_filename()) throw Error("{}: names a folder; add the name of a file", name.string());
   std::error_code ignored;
   std::filesystem::path file = name;
   for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(file, ignored));
@@ -43,20 +49,57 @@ std::filesystem::path target_of(const std::filesystem::path& name) {
   return file;
 }
 
+int open_file(const std::filesystem::path& path, int flags) {
+  int descriptor;
+  do {
+    descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
+  } while (descriptor < 0 && errno == EINTR);
+  return descriptor;
+}
+
+/// The name under which the kernel shows an open file, also one without a name of its own.
+std::string open_name(int descriptor) { return fmt::format("/proc/self/fd/{}", descriptor); }
+
+/// remove_partial_files(), once for each folder: scanning it for each file of thousands would take long.
+void remove_partial_files_once(const std::filesystem::path& folder) {
+  static std::mutex mutex;
+  static std::set<std::filesystem::path> seen;
+  const std::scoped_lock lock(mutex);
+  if (seen.insert(folder).second) remove_partial_files(folder);
+}
+
 }  // namespace
+
+void remove_partial_files(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> abandoned;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() != ".partial") continue;
+    const std::string numbers = entry.path().stem().extension().string();
+    int process = 0;
+    unsigned number = 0;
+    if (std::sscanf(numbers.c_str(), ".%d-%u", &process, &number) != 2 || process <= 0) continue;
+    if (::kill(process, 0) != 0 && errno == ESRCH) abandoned.push_back(entry.path());
+  }
+  for (const auto& path : abandoned) std::filesystem::remove(path, ignored);
+}
 
 OutputFile::OutputFile(const std::filesystem::path& target, std::uint64_t expected_bytes)
     : target_(target_of(target)), temporary_(temporary_name(target_)), expected_(expected_bytes) {
+  // Without a name nothing is left of the file if a signal ends the process.
+  descriptor_ = open_file(folder_of(target_), O_TMPFILE);
+  if (descriptor_ >= 0 && ::access(open_name(descriptor_).c_str(), F_OK) == 0) return;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  named_ = true;  // not every file system can do this
+  remove_partial_files_once(folder_of(target_));
   ::unlink(temporary_.c_str());  // may be left from a killed process with the same id
-  do {
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  } while (descriptor_ < 0 && errno == EINTR);
+  descriptor_ = open_file(temporary_, O_CREAT | O_EXCL);
   if (descriptor_ < 0) fail(errno, 0);
 }
 
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!committed_) ::unlink(temporary_.c_str());
+  if (named_ && !committed_) ::unlink(temporary_.c_str());
 }
 
 void OutputFile::fail(int error, std::size_t pending_bytes) const {
@@ -111,6 +154,12 @@ void OutputFile::write(std::span<const std::byte> bytes) {
 void OutputFile::commit() {
   // Without this flush, a power cut could leave an empty file: the rename may reach the disk before the content.
   if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno, 0);
+  if (!named_) {
+    ::unlink(temporary_.c_str());
+    if (::linkat(AT_FDCWD, open_name(descriptor_).c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0)
+      fail(errno, 0);
+    named_ = true;
+  }
   const int closed = ::close(descriptor_);
   descriptor_ = -1;
   if (closed != 0 && errno != EINTR) fail(errno, 0);  // network file systems report a full disk here

@@ -1,5 +1,6 @@
-// Atomic file writes: the content goes to a temporary file in the same folder, is flushed to disk, and is then renamed.
-// Readers never see a partial file.
+// Atomic file writes: the content goes to a file without a name in the same folder, is flushed to disk, and gets a
+// temporary and then its own name. Readers never see a partial file, and a killed process leaves none. On file systems
+// that have no nameless files (some of networks and containers) the temporary name comes first.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 
 namespace trisoup {
 
-/// A file that is being written under its temporary name. Only write_file_atomically creates one.
+/// A file that is being written. Only write_file_atomically creates one.
 class OutputFile {
  public:
   OutputFile(const OutputFile&) = delete;
@@ -35,8 +36,13 @@ class OutputFile {
   std::filesystem::path target_, temporary_;
   std::uint64_t expected_ = 0, written_ = 0;
   int descriptor_ = -1;
+  bool named_ = false;  // has its temporary name
   bool committed_ = false;
 };
+
+/// Removes partial files of killed processes, <file>.<process>-<number>.partial: a checkpoint may have a gigabyte.
+/// Keeps files of running processes. The first write to a folder by a process does so where temporary names come first.
+void remove_partial_files(const std::filesystem::path& folder);
 
 /// Calls `fill` and makes its output the content of `path`. If `fill` or a write throws, the temporary file is removed,
 /// `path` is unchanged and the exception is passed on. The file gets the permissions of a new file. If `path` is a

@@ -73,7 +73,8 @@ std::vector<std::optional<std::size_t>> find_by_name(const std::vector<soup::Mod
 
 nlohmann::json fingerprints_of(const scene::Scene& scene) {
   return {{"cameras", fmt::format("{:016x}", scene.fingerprint)},
-          {"test_photographs", fmt::format("{:016x}", scene::fingerprint_of_photographs(scene.test))}};
+          {"test_photographs",
+           fmt::format("{:016x}", scene.whole ? scene.whole->test : scene::fingerprint_of_photographs(scene.test))}};
 }
 
 std::string mismatch(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained,

@@ -1,10 +1,8 @@
 #include "run/run_folder.h"
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <span>
 #include <vector>
 
@@ -21,22 +19,6 @@ constexpr const char* kEvaluationHeader = "step,seconds,cpu_seconds,triangles,ps
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
-}
-
-/// Removes partial files of killed processes, named <file>.<process>-<number>.partial (atomic_file.cpp): a checkpoint
-/// may have a gigabyte. Keeps files of running processes.
-void remove_partial_files(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  std::vector<std::filesystem::path> abandoned;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    if (entry.path().extension() != ".partial") continue;
-    const std::string numbers = entry.path().stem().extension().string();
-    int process = 0;
-    unsigned number = 0;
-    if (std::sscanf(numbers.c_str(), ".%d-%u", &process, &number) != 2 || process <= 0) continue;
-    if (::kill(process, 0) != 0 && errno == ESRCH) abandoned.push_back(entry.path());
-  }
-  for (const auto& path : abandoned) std::filesystem::remove(path, ignored);
 }
 
 /// Succeeds if the file does not exist.

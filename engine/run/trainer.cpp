@@ -44,7 +44,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     : gpu_(gpu),
       scene_(scene),
       settings_(settings),
-      photographs_(scene::fingerprint_of_photographs(scene.train)),
+      photographs_(scene.whole ? scene.whole->train : scene::fingerprint_of_photographs(scene.train)),
       buffers_(gpu),
       ranks_(ranks),
       queue_(gpu) {

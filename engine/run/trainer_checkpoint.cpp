@@ -114,6 +114,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (text("background") != background_text(scene))
     throw Error("{}: was trained on another background; use the same `background` or start again with `overwrite`",
                 path.string());
+  if (number("photographs") != photographs_ && !settings_.removed_from.empty())
+    throw Error(
+        "{}: was trained on other photographs, or `removed_from` or `init` names another model by now; use the same "
+        "files or start again with `overwrite`",
+        path.string());
   if (number("photographs") != photographs_)
     throw Error(
         "{}: was trained on other photographs, masks or depth maps; use the same files and the same `alpha`, or start "

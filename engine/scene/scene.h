@@ -31,6 +31,12 @@ struct View {
   MeasuredDepth depth = {};
 };
 
+/// Fingerprints of photographs before removed objects were masked out, as fingerprint_of_photographs() gives them. That
+/// of the training views also depends on the objects.
+struct WholePhotographs {
+  std::uint64_t train = 0, test = 0;
+};
+
 struct Points {  // sparse cloud, normalised coordinates; may be empty
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colours;  // same length, or empty
@@ -90,6 +96,7 @@ struct Scene {
   /// Renders of an object with coverage in alpha, for which the published "synthetic" recipe is made.
   bool synthetic = false;
   std::uint64_t fingerprint = 0;  // hash of names, sizes, poses and intrinsics; identifies the scene of a checkpoint
+  std::optional<WholePhotographs> whole;  // if removed objects are masked out (train/quality/removed_masks.h)
 };
 
 /// Detects the format of `path` (a dataset folder, or one of its files with poses) and loads it.

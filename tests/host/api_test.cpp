@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,7 +13,9 @@
 #include <trisoup/trisoup.h>
 
 #include "api/impl.h"
+#include "base/atomic_file.h"
 #include "base/read_file.h"
+#include "run/edited_model.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
 #include "temporary_folder.h"
@@ -246,6 +250,37 @@ TEST_CASE("a training shows its pictures, takes gradients and goes on from check
   given.start_colours.pop_back();
   CHECK_THROWS_WITH(Training(tiny.device, tiny.dataset, given), Contains("8 colour values"));
   CHECK_THROWS_WITH(Training(tiny.device, tiny.dataset, {.set = {"target_psnr=30"}}), Contains("soup-simplify"));
+}
+
+TEST_CASE("a training leaves out what was removed, and its dataset does not", "[api]") {
+  TinyDataset tiny;
+  const std::filesystem::path original = tiny.folder.path() / "original.glb", rest = tiny.folder.path() / "rest.glb";
+  {
+    Training training(tiny.device, tiny.dataset, tiny.options);
+    training.run();
+    training.model().write(original);
+  }
+  const train::EditedModel file(original);
+  std::vector<std::uint32_t> kept(file.model().triangles() / 2);
+  std::iota(kept.begin(), kept.end(), 0u);
+  write_file_atomically(rest, file.encoded(kept));
+  TrainingOptions options{.preset = "fast", .steps = 10, .set = {"init=" + rest.string()}};
+  Training filling(tiny.device, tiny.dataset, options);
+  options.set.push_back("removed_from=" + original.string());
+  Training training(tiny.device, tiny.dataset, options);
+  CHECK(training.evaluate().mean.mae < filling.evaluate().mean.mae);  // the same triangles before the first step
+  const auto& rgba = tiny.dataset.impl().scene.train[0].image.rgba;
+  for (std::size_t i = 3; i < rgba.size(); i += 4) REQUIRE(rgba[i] >= 128);
+  training.run([](const TrainingProgress& p) { return p.step < 5; }, 5);
+  training.write_checkpoint(tiny.folder.path() / "checkpoint");
+  training.run();
+  Training resumed = Training::resume(tiny.device, tiny.dataset, tiny.folder.path() / "checkpoint");
+  resumed.run();
+  const Model one = training.model(), other = resumed.model();
+  CHECK(std::vector(one.file().begin(), one.file().end()) == std::vector(other.file().begin(), other.file().end()));
+  std::filesystem::remove(original);
+  CHECK_THROWS_WITH(Training::resume(tiny.device, tiny.dataset, tiny.folder.path() / "checkpoint"),
+                    Contains("original.glb: is not there, but `removed_from` names it"));
 }
 
 TEST_CASE("loading and the start of a training can be interrupted", "[api]") {

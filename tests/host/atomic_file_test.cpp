@@ -86,12 +86,38 @@ TEST_CASE("the file is replaced at the end; after an exception the earlier one r
                                         [&](OutputFile& file) {
                                           file.write("half");
                                           CHECK(test::content_of(path) == "earlier");
-                                          CHECK(files_in(folder.path()) == 2);
                                           throw Error("stop");
                                         }),
                   Error);
   CHECK(test::content_of(path) == "earlier");
   CHECK(files_in(folder.path()) == 1);
+}
+
+TEST_CASE("a killed process leaves nothing of a file, or the next writer removes it", "[atomic_file]") {
+  const test::TemporaryFolder folder;
+  const auto path = folder.file("a.txt", "earlier");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    write_file_atomically(path, [](OutputFile& file) {
+      file.write("half");
+      ::raise(SIGKILL);
+    });
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  REQUIRE(WIFSIGNALED(status));
+  CHECK(test::content_of(path) == "earlier");
+  CHECK(message_of(path, "new").empty());
+  CHECK(files_in(folder.path()) == 1);
+  CHECK(test::content_of(path) == "new");
+  // Files of a killed process of another version go, those of running ones stay.
+  const auto running = folder.file(fmt::format("b.txt.{}-0.partial", ::getpid()), "");
+  folder.file(fmt::format("b.txt.{}-0.partial", child), "");
+  folder.file("notes.partial", "");
+  remove_partial_files(folder.path());
+  CHECK(files_in(folder.path()) == 3);
+  CHECK(std::filesystem::exists(running));
 }
 
 TEST_CASE("failures name the file and the fix", "[atomic_file]") {
@@ -123,6 +149,7 @@ TEST_CASE("only regular files are replaced, and links remain links", "[atomic_fi
   CHECK(std::filesystem::is_symlink(link));
   CHECK(test::content_of(file) == "new");
   CHECK_THAT(message_of("", "x"), Contains("no name"));
+  CHECK_THAT(message_of(folder.path() / "", "x"), Contains("/: names a folder; add the name of a file"));
   CHECK_THAT(message_of(file / "below", "x"), Contains("not a folder"));
 }
 

@@ -29,6 +29,14 @@ TEST_CASE("panels side by side fit into the window", "[panels]") {
   CHECK(panel_scale(9, 90000, 90000, 1, false) == 4);
 }
 
+TEST_CASE("a panel is inside the window, whatever size that had", "[panels]") {
+  CHECK(inside_window(10, 300, 1280) == 10);
+  CHECK(inside_window(700, 300, 1280) == 700);
+  CHECK(inside_window(1200, 300, 1280) == 970);
+  CHECK(inside_window(-290, 300, 1280) == 10);  // where a window of a few pixels has left it
+  CHECK(inside_window(700, 300, 20) == 10);
+}
+
 TEST_CASE("the help covers no panel", "[panels]") {
   CHECK(beside_help(1280, 1, true).view);
   CHECK(beside_help(1280, 1, true).training);

@@ -24,6 +24,7 @@ class Messages(SceneTest):
         """The same lines as the programs print."""
         train = lambda **options: trisoup.Training(self.scene, device=CPU, **options)
         self.fails(trisoup.Error, "nowhere", trisoup.Dataset, self.folder / "nowhere")
+        self.fails(trisoup.Error, "the path of the dataset is empty", trisoup.Dataset, "")
         self.fails(trisoup.Error, "toaster", trisoup.Device, "toaster")
         self.fails(trisoup.Error, "there is no 'slow'", train, preset="slow")
         self.fails(trisoup.Error, "preset: is empty", train, preset="")
@@ -103,6 +104,19 @@ class Messages(SceneTest):
         self.fails(trisoup.Error, "points", make, points=np.zeros((3, 3)), point_colours=np.zeros((2, 3), np.uint8))
         self.fails(trisoup.Error, "at one spot", make, images, [cameras[0]] * 6)
         self.fails(trisoup.Error, "focal", make, images, [trisoup.Camera(24, 24, -1, 1, 1, 1)] * 6)
+
+    def test_truths_are_no_numbers(self) -> None:
+        scene = self.folder / "scene"
+        for truth in (True, np.True_):
+            self.fails(TypeError, "resolution: is a bool", trisoup.Dataset, scene, resolution=truth)
+            self.fails(TypeError, "test_every: is a bool", trisoup.Dataset, scene, test_every=truth)
+            self.fails(TypeError, "width: is a bool", trisoup.Camera, truth, 1, 1, 1, 1, 1)
+            self.fails(TypeError, "cy: is a bool", trisoup.Camera, 1, 1, 1, 1, 1, truth)
+            self.fails(TypeError, "height: is a bool", self.scene.test[0].camera.resized, 5, truth)
+        self.fails(TypeError, "fx: is a str; give a number", trisoup.Camera, 1, 1, "1", 1, 1, 1)
+        self.fails(TypeError, "width: is a float; give a whole number", trisoup.Camera, 1.5, 1, 1, 1, 1, 1)
+        self.fails(ValueError, "width", trisoup.Camera, 2**40, 1, 1, 1, 1, 1)
+        self.assertEqual(trisoup.Camera(np.int32(7), 5, np.float32(2.5), 3, 1, 1).fx, 2.5)
 
     def test_start(self) -> None:
         train = lambda **options: trisoup.Training(self.scene, "fast", steps=5, device=CPU, **options)

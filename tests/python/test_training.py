@@ -53,6 +53,11 @@ class Pieces(SceneTest):
         training.save_checkpoint(self.folder / "stopped.safetensors")
         resumed = trisoup.Training.resume(self.scene, self.folder / "stopped.safetensors", device=CPU)
         self.assertEqual(resumed.step, step)
+        views = self.scene.train + self.scene.test
+        other = trisoup.Dataset.from_arrays([v.image for v in views], [v.camera for v in views], test_every=3)
+        with self.assertRaises(trisoup.Error) as raised:
+            trisoup.Training.resume(other, self.folder / "stopped.safetensors", device=CPU)
+        self.assertRegex(str(raised.exception), "; start a new training$")
         for one in (training, resumed):
             next(one.steps(every=5))
         self.assertEqual(bytes(training.model()), bytes(resumed.model()))

@@ -219,6 +219,7 @@ void check_names(const Dataset& dataset) {
 Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   std::error_code ignored;
   const std::string name = printable(path.string());
+  if (path.empty()) throw Error("the path of the dataset is empty; give its folder");
   if (!fs::exists(path, ignored)) throw Error("{}: no such file or folder; check the path of the dataset", name);
 
   const auto finished = [&](Dataset dataset, const fs::path& root) {

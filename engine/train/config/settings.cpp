@@ -66,6 +66,9 @@ void check(const Settings& s) {
     if (!ok) throw Error("{}", what);
   };
   const bool has_quality = s.target_psnr > 0 || s.target_ssim > 0;
+  const bool starts_from_file = s.init != "surface" && s.init != "points" && s.init != "random";
+  need(s.removed_from.empty() || starts_from_file,
+       "`removed_from` needs the model that remains as `init`; give its path");
   need(s.level_min <= s.level_max, "`level_min` is above `level_max`; give them in order");
   need(s.far > s.near, "`near` is not in front of `far`; 0 < `near` < `far` must hold");
   need(s.far > s.test_near, "`test_near` is not in front of `far`; 0 < `test_near` < `far` must hold");
@@ -109,6 +112,8 @@ Settings settings_from_json(const nlohmann::json& json) {
     for (const Setting& setting : settings_table())
       std::visit(
           [&]<typename T>(T Settings::*member) {
+            if constexpr (std::is_same_v<T, std::string>)
+              if (member == &Settings::removed_from && !json.contains(setting.name)) return;  // of an earlier version
             const nlohmann::json& given = json.at(setting.name);
             if constexpr (std::is_same_v<T, Recipe>)
               settings.*member = recipe_of(given.get<std::string>());

@@ -26,6 +26,7 @@ struct Settings {
   std::uint64_t seed = 0;
 
   std::string init;                     // "surface", "random", "points" or the path of a mesh file
+  std::string removed_from = {};        // path of the model from which `init` was cut; empty: of none
   std::uint32_t init_count = 0;         // triangles at the start
   std::array<double, 3> init_centre{};  // centre of the box of a random start
   double init_box = 0.3;                // half the side of that box

@@ -1,0 +1,55 @@
+#include "run/removed_from.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/printable.h"
+#include "format/model_file.h"
+#include "soup/removed.h"
+#include "train/quality/removed_masks.h"
+
+namespace trisoup::train {
+namespace {
+
+bool is_there(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(soup::model_in(path), ignored);
+}
+
+soup::ModelFile read(const std::string& path, const char* setting) {
+  if (!is_there(path)) throw Error("{}: is not there, but `{}` names it; put it back", printable(path), setting);
+  return soup::read_model(soup::model_in(path));
+}
+
+}  // namespace
+
+std::string missing_model(const Settings& settings) {
+  if (settings.removed_from.empty()) return {};
+  return !is_there(settings.removed_from) ? settings.removed_from : !is_there(settings.init) ? settings.init : "";
+}
+
+std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Settings& settings) {
+  if (settings.removed_from.empty()) return {};
+  const std::string original = printable(settings.removed_from), cleaned = printable(settings.init);
+  if (std::filesystem::path(settings.init).extension() != ".glb")
+    throw Error("{}: is not a model.glb; with `removed_from`, `init` is the model that remains", cleaned);
+  const soup::ModelFile before = read(settings.removed_from, "removed_from"), after = read(settings.init, "init");
+  const soup::Removed removed = soup::removed_triangles(before.model, after.model);
+  if (removed.strangers > 0)
+    throw Error(
+        "{}: is not the model that {} was cut from, it lacks {} of {} triangles; give the file that soup-edit or the "
+        "window has read, neither trained on nor exported since",
+        original, cleaned, removed.strangers, after.model.triangles());
+  if (removed.count == 0)
+    throw Error("{}: {} has all of its triangles, so nothing was removed; leave `removed_from` out", original, cleaned);
+  const RemovedShares shares = mask_removed(gpu, scene, before.model, removed.triangles, after.model, settings);
+  return fmt::format(
+      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them: "
+      "these parts of photographs do not count",
+      removed.count, before.model.triangles(), original, 100 * shares.train, 100 * shares.test);
+}
+
+}  // namespace trisoup::train
