@@ -32,8 +32,8 @@ constexpr double kPixelsPerSample = 2;
 constexpr std::size_t kSplitViews = 20;
 
 /// The real recipe drops triangles visible in fewer training views, or in fewer than a tenth of the views if that is
-/// less.
-constexpr std::size_t kFewestViews = 4;
+/// less. More would tear what someone who walks along photographs two or three times.
+constexpr std::size_t kFewestViews = 2;
 
 std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
