@@ -26,7 +26,8 @@ function(each_file_alone)
         set_property(TARGET ${target}-alone PROPERTY ${property} "${value}")
       endif()
     endforeach()
-    target_compile_options(${target}-alone PRIVATE -fno-sanitize=all)
+    # One precompiled header fits all files only if all have the same options.
+    target_compile_options(${target}-alone PRIVATE -fno-sanitize=all -O0)
     # Precompiling these halves the time. A file that forgets to include one of them is not found.
     if(target STREQUAL trisoup)
       target_precompile_headers(trisoup-alone

@@ -41,7 +41,15 @@ Accuracy accuracy(const std::vector<scene::DepthMap>& maps) {
 
 }  // namespace
 
-TEST_CASE("stereo finds the depth of slanted planes", "[stereo][each_driver]") {
+TEST_CASE("stereo of three photographs finds the depth of slanted planes", "[stereo][each_driver]") {
+  auto gpu = test::open_device();
+  const Accuracy all = accuracy(scene::depth_maps(*gpu, photographs(3), {}, {}));
+  CHECK(all.median < 0.004);
+  CHECK(all.found > 0.4);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("stereo finds the depth of slanted planes", "[stereo]") {
   auto gpu = test::open_device();
   const std::vector<scene::View> views = photographs(6);
   const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});
