@@ -262,7 +262,7 @@ TEST_CASE("real scenes with enough views drop triangles that few views see", "[l
     CAPTURE(views, least);
     const auto [left, seen] = resampled(views, train::Recipe::real, 4);
     CHECK(left == vouched(seen, least));
-    if (least > 0) CHECK(left < vouched(seen, 1));
+    if (least > 0) CHECK(left < vouched(seen, least - 1));  // some are seen by one view less
     if (least > 0) CHECK(left > 10);
   }
   CHECK(resampled(60, train::Recipe::real, 0).first == kMany);
