@@ -91,7 +91,9 @@ class Lifetimes(SceneTest):
         for _ in range(1 if SANITIZED else 3):
             done = subprocess.run([sys.executable, "-c", code, self.folder / "threads.glb"], capture_output=True,
                                   text=True)
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            if not SANITIZED:  # the sanitizer notes that it does not know stacks that Python ends
+                self.assertEqual(done.stderr, "")
 
     def test_cameras_can_be_pickled(self) -> None:
         camera = self.scene.test[0].camera
