@@ -44,8 +44,8 @@ Accuracy accuracy(const std::vector<scene::DepthMap>& maps) {
 TEST_CASE("stereo of three photographs finds the depth of slanted planes", "[stereo][each_driver]") {
   auto gpu = test::open_device();
   const Accuracy all = accuracy(scene::depth_maps(*gpu, photographs(3), {}, {}));
-  CHECK(all.median < 0.004);
-  CHECK(all.found > 0.4);
+  CHECK(all.median < 0.002);
+  CHECK(all.found > 0.65);
   test::require_silence(*gpu);
 }
 

@@ -2,6 +2,7 @@
 
 import gc
 import pickle
+import re
 import subprocess
 import sys
 import unittest
@@ -91,9 +92,10 @@ class Lifetimes(SceneTest):
         for _ in range(1 if SANITIZED else 3):
             done = subprocess.run([sys.executable, "-c", code, self.folder / "threads.glb"], capture_output=True,
                                   text=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            if not SANITIZED:  # the sanitizer notes that it does not know stacks that Python ends
-                self.assertEqual(done.stderr, "")
+            # The address sanitizer notes that it does not know the stack of a thread that Python ends.
+            said = re.sub(r"==\d+==WARNING: ASan is ignoring requested __asan_handle_no_return(.*\n){3}", "",
+                          done.stderr)
+            self.assertEqual((done.returncode, said), (0, ""))
 
     def test_cameras_can_be_pickled(self) -> None:
         camera = self.scene.test[0].camera
