@@ -5,7 +5,8 @@ from typing import Union
 
 from calls import Key
 from expressions import BINARY, COMPARE
-from nodes import CallNode, Exit, IfNode, InstructionNode, LoopNode, Path, PhiNode, RestNode, ReturnNode, Step
+from nodes import (AccessNode, CallNode, Exit, IfNode, InstructionNode, LoopNode, Path, PhiNode, RestNode, ReturnNode,
+                   Step)
 from patterns import (ALIGNED, COMPONENT, CONSECUTIVE, EIGHTS, HALVES, QUARTER, UNIFORM, VARYING, Pattern, Patterns,
                       components, is_uniform, join, leaves)
 from program import Access, Program
@@ -26,6 +27,8 @@ class Uniformity:
         self.program, self.module = program, program.module
         self.patterns: dict[Key, Patterns] = {key: self.filled(t, UNIFORM) for key, t in program.types.items()}
         self.masked: set[Exit] = set()
+        self._users = self._find_users()
+        self._stale = {n.key for n in program.instructions if n.key is not None} | set(program.accesses)
         while self._update():
             pass
 
@@ -108,21 +111,49 @@ class Uniformity:
 
     # The fixed point.
 
-    def _update(self) -> bool:
-        while self._update_masked():
-            pass
-        changed = False
+    def _find_users(self) -> dict[Key, set[Key]]:
+        """The results and variables whose patterns follow from the pattern of each value."""
+        users: dict[Key, set[Key]] = {}
         for n in self.program.instructions:
             if n.key is not None:
-                changed |= self._set(n.key, self._after(n))
-        for key, accesses in self.program.accesses.items():
-            changed |= self._set(key, self._of_variable(key, accesses))
-        return changed
+                for key in self._read_by(n):
+                    users.setdefault(key, set()).add(n.key)
+        for variable, accesses in self.program.accesses.items():
+            for access in accesses:
+                conditions = [step.node.condition for step in access.path if isinstance(step.node, IfNode)]
+                for key in [*self._read_by(access.node), *conditions]:
+                    users.setdefault(key, set()).add(variable)
+        return users
 
-    def _set(self, key: Key, pattern: Patterns) -> bool:
-        changed = self.patterns[key] != pattern
-        self.patterns[key] = pattern
-        return changed
+    def _read_by(self, n: AccessNode) -> list[Key]:
+        """The values that a node reads, with the variable or address and the indices of a pointer."""
+        if isinstance(n, (PhiNode, ReturnNode)):
+            return [] if n.value is None else [n.value]
+        keys = [key for key in n.args if key is not None]
+        if n.inst.op in (Op.Load, Op.Store):
+            pointer = self.program.pointer(n.operand(0))
+            keys += [pointer.root, *pointer.indices]
+        return keys
+
+    def _update(self) -> bool:
+        """Computes what is stale once, in order of execution. Returns whether anything was."""
+        while self._update_masked():
+            self._stale.update(self.program.accesses)
+        if not self._stale:
+            return False
+        for n in self.program.instructions:
+            if n.key in self._stale:
+                self._set(n.key, self._after(n))
+        for key, accesses in self.program.accesses.items():
+            if key in self._stale:
+                self._set(key, self._of_variable(key, accesses))
+        return True
+
+    def _set(self, key: Key, pattern: Patterns) -> None:
+        self._stale.discard(key)
+        if self.patterns[key] != pattern:
+            self.patterns[key] = pattern
+            self._stale |= self._users.get(key, set())
 
     # Variables.
 
