@@ -97,7 +97,7 @@ TEST_CASE("pixels that one of two training views cannot see are not co-visible",
             .columns == columns_at({{0, 64}}));
 }
 
-TEST_CASE("what a training view masks out is not seen by it", "[covisible][each_driver]") {
+TEST_CASE("what a training view masks out is not seen by it", "[covisible]") {
   std::vector<scene::View> train{wall_view(kWallShift), wall_view(0.5 + kWallShift)};
   for (std::size_t p = 0; p < std::size_t(kWallViewSide * kWallViewSide); ++p)
     if (p % kWallViewSide < 32) train[0].image.rgba[4 * p + 3] = 0;
@@ -107,7 +107,7 @@ TEST_CASE("what a training view masks out is not seen by it", "[covisible][each_
   CHECK(measure_columns(model_of_walls({kWall, kPillar}), train).columns == columns_at({{16, 32}, {47, 64}}));
 }
 
-TEST_CASE("pixels without triangles are points at infinity", "[covisible][each_driver]") {
+TEST_CASE("pixels without triangles are points at infinity", "[covisible]") {
   // Every view has the same direction in the same column. Columns that border on a pillar may belong to it.
   const std::string seen =
       measure_columns(model_of_walls({kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)}).columns;
@@ -117,7 +117,7 @@ TEST_CASE("pixels without triangles are points at infinity", "[covisible][each_d
   CHECK(seen.substr(48) == std::string(16, '#'));
 }
 
-TEST_CASE("metrics over co-visible pixels", "[covisible][each_driver]") {
+TEST_CASE("metrics over co-visible pixels", "[covisible]") {
   SECTION("are the usual ones if all pixels are co-visible") {
     const train::Evaluation e =
         measure_columns(model_of_walls({kWall, kPillar}), {wall_view(0), wall_view(0)}).evaluation;

@@ -106,7 +106,7 @@ soup::Model trained(gpu::Device& gpu, const scene::Scene& scene, double lambda_d
 
 }  // namespace
 
-TEST_CASE("measured depths give points where photographs show nothing", "[depth]") {
+TEST_CASE("measured depths give points where photographs show nothing", "[depth][trainer]") {
   auto gpu = test::open_device();
   std::vector<scene::View> views = plain_photographs(6);
   CHECK(scene::surface_points(*gpu, views, {}, 500).positions.empty());
@@ -131,7 +131,7 @@ TEST_CASE("a measured point needs no second view, unless another view looks thro
   CHECK(share_off(scene::surface_points(*gpu, views, {}, 50), views) < 0.05);
 }
 
-TEST_CASE("a training with depth maps ends nearer to the true depths", "[depth][trainer]") {
+TEST_CASE("a training with depth maps ends nearer to the true depths", "[depth][trainer][same_code]") {
   auto gpu = test::open_device();
   scene::Scene scene;
   scene.train = plain_photographs(6);

@@ -202,7 +202,7 @@ TEST_CASE("poses that are off are found while the soup is learnt", "[poses][trai
   CHECK_FALSE(report.worst.empty());
 }
 
-TEST_CASE("right poses are left alone", "[poses][trainer]") {
+TEST_CASE("right poses are left alone", "[poses][trainer][same_code]") {
   auto gpu = test::open_device();
   const RoomScene room = room_scene(0, 0);
   train::Trainer without(*gpu, room.scene, room_settings(false), room_triangles()),

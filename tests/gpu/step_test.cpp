@@ -31,7 +31,7 @@ bool all_finite(const std::vector<float>& values) {
 
 }  // namespace
 
-TEST_CASE("twenty steps from the same state give the same bits", "[step]") {
+TEST_CASE("twenty steps from the same state give the same bits", "[step][same_code]") {
   auto gpu = test::open_device();
   std::vector<std::vector<float>> states;
   for (int run = 0; run < 2; ++run) {
@@ -609,7 +609,7 @@ TEST_CASE("degenerate triangles keep all values finite", "[step]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("training steps reduce the loss", "[step]") {
+TEST_CASE("training steps reduce the loss", "[step][same_code]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 60, kFine, {test::view_from(0, 48, 48), test::view_from(1.5, 48, 48)});
   std::vector<float> flat(3ull * s.buffers.batch().pixels, 0.25f);
@@ -702,7 +702,7 @@ TEST_CASE("textures without gradients are unchanged, unless every texture is upd
   test::require_silence(*gpu);
 }
 
-TEST_CASE("texture and MLP gradients of a whole step match finite differences of its loss", "[step]") {
+TEST_CASE("texture and MLP gradients of a whole step match finite differences of its loss", "[step][same_code]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
   // One target is brighter than every rendered colour and the other one darker. If a colour crossed its target, finite

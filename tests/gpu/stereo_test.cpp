@@ -80,7 +80,7 @@ TEST_CASE("stereo finds the depth of slanted planes", "[stereo]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("stereo leaves masked and plain pixels out", "[stereo]") {
+TEST_CASE("stereo leaves masked and plain pixels out", "[stereo][trainer]") {
   auto gpu = test::open_device();
   std::vector<scene::View> views = photographs(6);
   for (scene::View& v : views)
@@ -107,7 +107,7 @@ TEST_CASE("stereo needs views with parallax", "[stereo]") {
   CHECK(scene::surface_points(*gpu, twice, {}, 500).positions.empty());
 }
 
-TEST_CASE("sightings are completed and mismatches dropped", "[stereo]") {
+TEST_CASE("sightings are completed and mismatches dropped", "[stereo][trainer]") {
   auto gpu = test::open_device();
   const std::vector<scene::View> views = photographs(6);
   const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});

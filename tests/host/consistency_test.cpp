@@ -127,7 +127,7 @@ TEST_CASE("poses of another convention are recognised by points, and without poi
   CHECK(check_poses(cameras, {}, PoseConvention::opengl_to_world, "file", take).warning.empty());
 }
 
-TEST_CASE("points of another frame are not used, and the poses stay", "[scene][poses]") {
+TEST_CASE("points of another frame are not used, and the poses stay", "[scene][poses][same_code]") {
   const std::vector<Camera> cameras = ring(24);
   const std::vector<Probe> probes = photographs(cameras);
   PointCloud turned = plane();

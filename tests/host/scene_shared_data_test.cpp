@@ -49,7 +49,7 @@ TEST_CASE("lego at 800 pixels, reduced by 4, equals lego at 200", "[scene][share
   CHECK(largest <= 2);  // both are rounded, the stored image to straight alpha
 }
 
-TEST_CASE("fox: phone photographs, undistorted", "[scene][shared]") {
+TEST_CASE("fox: phone photographs, undistorted", "[scene][shared][same_code]") {
   REQUIRE_SHARED_FOLDER(shared);
   LoadOptions options;
   options.train_images = false;
