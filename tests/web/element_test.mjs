@@ -160,7 +160,7 @@ const toolbar = (page) => page.run(() => {
 const push = (page, label) => page.run((name) => [...document.querySelector("tri-soup").shadowRoot
   .querySelectorAll("button")].find((node) => node.getAttribute("aria-label") === name).click(), label);
 
-for (const [name, screen] of [["phone", { width: 390, height: 844, ratio: 3, touch: true }],
+for (const [name, screen] of [["phone", { width: 390, height: 844, ratio: 1, touch: true }],
   ["window", { width: 1280, height: 800 }]])
   test(`controls of an exported page on a ${name}`, () => on("/product/", async (page) => {
     const buttons = await toolbar(page);
