@@ -77,6 +77,13 @@ double distance_to_surface(const test::BoxScene& room, const glm::dvec3& p) {
   return least;
 }
 
+/// The size at which the values below were measured.
+scene::DepthMapOptions as_measured() {
+  scene::DepthMapOptions options;
+  options.pixels = 1'600'000;
+  return options;
+}
+
 }  // namespace
 
 // Measured values follow the limits, then those without the neighbours' planes as witnesses (kCostPerPixel = 0).
@@ -85,7 +92,7 @@ TEST_CASE("stereo finds the depths of a room with a box", "[stereo][accuracy]") 
   const scene::Normalisation normalisation{glm::dvec3(0), 0.3};
   const test::BoxScene truth = test::room_with_box();
   const std::vector<scene::View> views = test::photographs_round(truth, normalisation, 3.2, {0.7, 1.3, 1.9});
-  const DepthFigures room = depth_figures(scene::depth_maps(*gpu, views, {}, {}), truth, normalisation);
+  const DepthFigures room = depth_figures(scene::depth_maps(*gpu, views, {}, as_measured()), truth, normalisation);
   CHECK(room.median < 0.0026);  // 0.0023   0.0029
   CHECK(room.mean < 0.0112);    // 0.0101   0.0096
   CHECK(room.shown > 0.9);      // 0.904
@@ -99,7 +106,7 @@ TEST_CASE("stereo finds the depths of streets", "[stereo][accuracy]") {
   const scene::Normalisation normalisation{glm::dvec3(0), 0.2};
   const test::BoxScene truth = test::streets();
   const std::vector<scene::View> views = test::photographs_round(truth, normalisation, 3.4, {2.8, 3.4, 4});
-  const DepthFigures town = depth_figures(scene::depth_maps(*gpu, views, {}, {}), truth, normalisation);
+  const DepthFigures town = depth_figures(scene::depth_maps(*gpu, views, {}, as_measured()), truth, normalisation);
   CHECK(town.median < 0.0042);  // 0.0036   0.0048
   CHECK(town.mean < 0.0162);    // 0.0146   0.0180
   CHECK(town.shown > 0.93);     // 0.940
@@ -125,7 +132,7 @@ TEST_CASE("stereo finds the depths of 16 small photographs of a room", "[stereo]
   }
   auto gpu = test::open_device();
   const DepthFigures room =
-      depth_figures(scene::depth_maps(*gpu, scene.train, scene.points, {}), truth, scene.normalisation);
+      depth_figures(scene::depth_maps(*gpu, scene.train, scene.points, as_measured()), truth, scene.normalisation);
   CHECK(room.median < 0.009);   // 0.0077   0.0071
   CHECK(room.mean < 0.034);     // 0.0305   0.0231
   CHECK(room.shown > 0.9);      // 0.902

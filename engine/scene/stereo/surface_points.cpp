@@ -13,11 +13,18 @@ namespace trisoup::scene {
 
 namespace {
 
-/// Pixels of the small pictures for each step of the training. Below kFewestSteps there are too few pictures to
-/// compare.
-constexpr std::uint64_t kPixelsPerStep = 3200, kFewestSteps = 100;
+/// Pixels of the small pictures for each step of the training, at least, and as a share of a photograph's: stereo then
+/// takes about as long as the steps. Below kFewestSteps there are too few pictures to compare.
+constexpr double kPixelsPerStep = 3200, kSharePerStep = 0.025;
+constexpr std::uint64_t kFewestSteps = 100;
 constexpr float kUnknownError = -1;
 constexpr std::size_t kMeasuredPixels = 400'000;  // of measured depth maps at least; they cost no comparison
+
+double mean_pixels(std::span<const View> views) {
+  double sum = 0;
+  for (const View& view : views) sum += static_cast<double>(view.image.rgba.size() / 4);
+  return sum / static_cast<double>(std::max<std::size_t>(1, views.size()));
+}
 
 }  // namespace
 
@@ -25,7 +32,8 @@ Points surface_points(gpu::Device& gpu, std::span<const View> views, const Point
                       const std::function<void(int done, int total)>& progress) {
   DepthMapOptions options;
   options.progress = progress;
-  options.pixels = static_cast<std::size_t>(std::min<std::uint64_t>(options.pixels, steps * kPixelsPerStep));
+  const double per_step = std::max(kPixelsPerStep, kSharePerStep * mean_pixels(views));
+  options.pixels = std::min(options.pixels, static_cast<std::size_t>(static_cast<double>(steps) * per_step));
   std::vector<DepthMap> maps;
   if (steps >= kFewestSteps) maps = depth_maps(gpu, views, points, options);
   add_measured_planes(views, std::max(options.pixels, kMeasuredPixels), maps);
