@@ -24,10 +24,8 @@ constexpr std::size_t kLeastSightings = 3;  // of a point that was not found her
 
 enum class Verdict { unknown, same, nearer, farther };  // the plane than the position
 struct Sighting {
-  glm::dvec2 place{};  // in the map's picture; pixel centres have .5
   std::size_t pixel = 0;
   Verdict verdict = Verdict::unknown;
-  double inverse_depth = 0;  // of the plane there, if it is the same point
 };
 
 /// The pixel of a map that shows a position, and whether its plane is there. Returns nullopt if none shows it.
@@ -39,19 +37,16 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   const double x = shown->pixel.x, y = shown->pixel.y;
   const int i = static_cast<int>(x), j = static_cast<int>(y);
   Sighting result;
-  result.place = shown->pixel;
   result.pixel = static_cast<std::size_t>(j) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(i);
   const glm::vec4 plane = map.planes[result.pixel];
   if (plane.w > kLargestPlaneCost) return result;
   const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / shown->depth;
   const double apart = std::abs(w - own), larger = std::max(w, own);
   const bool moves_little = larger <= kFewSteps * map.pixel_step;
-  if (apart <= std::max(kSameDepth * larger, moves_little ? map.pixel_step : 0.0)) {
-    result.verdict = Verdict::same;
-    result.inverse_depth = w;
-  } else if (apart > kOtherDepth * larger + map.pixel_step && std::popcount(map.agreeing[result.pixel]) >= kAgreeing) {
-    result.verdict = w > own ? Verdict::nearer : Verdict::farther;  // planes of one view alone contradict nothing
-  }
+  if (apart <= std::max(kSameDepth * larger, moves_little ? map.pixel_step : 0.0)) result.verdict = Verdict::same;
+  // A plane that no neighbour has too contradicts nothing.
+  else if (apart > kOtherDepth * larger + map.pixel_step && std::popcount(map.agreeing[result.pixel]) >= kAgreeing)
+    result.verdict = w > own ? Verdict::nearer : Verdict::farther;
   return result;
 }
 
@@ -74,88 +69,47 @@ bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, double far
   return glm::distance(map.camera.centre(), position) / (1.0 + 1.0 / moved) >= far;
 }
 
-/// Inverse depth of a point along the ray of one view, as several views have it: a mean, weighted by the inverse of the
-/// variance, for which the views' steps of a pixel stand.
-struct MeanInverseDepth {
-  double sum = 0, weight = 0;
-  void add(double inverse_depth, double pixel_step) {
-    if (!(pixel_step > 0)) return;
-    const double share = 1.0 / (pixel_step * pixel_step);
-    sum += share * inverse_depth;
-    weight += share;
-  }
-  double value_or(double own) const { return weight > 0 ? sum / weight : own; }
-};
-
-/// Joins the pixels of all maps that show the same point.
-class Fusion {
- public:
-  explicit Fusion(std::span<const DepthMap> maps) : maps_(maps) {
-    for (const DepthMap& map : maps) {
-      claimed_.emplace_back(map.planes.size());
-      to_world_.push_back(glm::inverse(map.camera.world_to_camera));
-    }
-  }
-
-  bool is_claimed(std::uint32_t view, std::size_t pixel) const { return claimed_[view][pixel]; }
-
-  /// The point at a place of a view's picture.
-  glm::dvec3 position(std::uint32_t view, const glm::dvec2& place, double inverse_depth) const {
-    const Camera& c = maps_[view].camera;
-    const double z = 1.0 / inverse_depth;
-    return glm::dvec3(to_world_[view] * glm::dvec4(z * (place.x - c.cx) / c.fx, z * (place.y - c.cy) / c.fy, z, 1.0));
-  }
-
-  /// Adds the point of a view's pixel, at the mean depth of the views that show the same, unless no other does.
-  void add(std::uint32_t view, const glm::dvec2& place, double inverse_depth, bool measured, Points& points) {
-    const glm::dvec3 own = position(view, place, inverse_depth);
-    const glm::dmat4& to_view = maps_[view].camera.world_to_camera;
-    MeanInverseDepth mean;
-    std::vector<std::uint32_t> seen_by;
-    bool seen_through = false;
-    for (std::uint32_t other = 0; other < maps_.size(); ++other) {
-      const auto there = sighting(maps_[other], own);
-      seen_through = seen_through || (there && there->verdict == Verdict::farther);
-      if (!there || !(there->verdict == Verdict::same || other == view)) continue;
-      claimed_[other][there->pixel] = true;
-      seen_by.push_back(other);
-      const std::uint32_t agreeing = maps_[other].agreeing[there->pixel];
-      if (other == view || !(there->inverse_depth > 0) || agreeing == 0 || agreeing == kMeasured) continue;
-      const double z = (to_view * glm::dvec4(position(other, there->place, there->inverse_depth), 1.0)).z;
-      if (z > 0) mean.add(1.0 / z, maps_[other].pixel_step);
-    }
-    if (seen_by.size() < 2 && (!measured || seen_through)) return;
-    if (!measured) mean.add(inverse_depth, maps_[view].pixel_step);
-    points.positions.emplace_back(measured ? own : position(view, place, mean.value_or(inverse_depth)));
-    points.seen_by.push_back(std::move(seen_by));
-    points.measured.push_back(measured);
-  }
-
- private:
-  std::span<const DepthMap> maps_;
-  std::vector<std::vector<bool>> claimed_;
-  std::vector<glm::dmat4> to_world_;
-};
+glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, int y, double inverse_depth) {
+  const Camera& c = map.camera;
+  const double z = 1.0 / inverse_depth;
+  return glm::dvec3(to_world * glm::dvec4(z * (x + 0.5 - c.cx) / c.fx, z * (y + 0.5 - c.cy) / c.fy, z, 1.0));
+}
 
 }  // namespace
 
 Points dense_points(std::span<const DepthMap> maps) {
   const double far = kFar * camera_cloud(maps).radius;
   Points points;
-  Fusion fusion(maps);
+  std::vector<std::vector<bool>> claimed(maps.size());
+  for (std::size_t v = 0; v < maps.size(); ++v) claimed[v].resize(maps[v].planes.size());
+  const auto add = [&](std::uint32_t v, bool measured, const glm::dvec3& position) {
+    std::vector<std::uint32_t> seen_by;
+    bool seen_through = false;
+    for (std::uint32_t other = 0; other < maps.size(); ++other) {
+      const auto there = sighting(maps[other], position);
+      seen_through = seen_through || (there && there->verdict == Verdict::farther);
+      if (!there || !(there->verdict == Verdict::same || other == v)) continue;
+      claimed[other][there->pixel] = true;
+      seen_by.push_back(other);
+    }
+    if (seen_by.size() < 2 && (!measured || seen_through)) return;
+    points.positions.emplace_back(position);
+    points.seen_by.push_back(std::move(seen_by));
+    points.measured.push_back(measured);
+  };
   for (std::uint32_t v = 0; v < maps.size(); ++v) {
     const DepthMap& map = maps[v];
     if (map.planes.empty()) continue;
+    const glm::dmat4 to_world = glm::inverse(map.camera.world_to_camera);
     for (int y = 0; y < map.camera.height; ++y)
       for (int x = 0; x < map.camera.width; ++x) {
         const auto pixel =
             static_cast<std::size_t>(y) * static_cast<std::size_t>(map.camera.width) + static_cast<std::size_t>(x);
         const double w = map.planes[pixel].x;
-        if (fusion.is_claimed(v, pixel) || map.agreeing[pixel] == 0 || !(w > 0)) continue;
-        const glm::dvec2 place{x + 0.5, y + 0.5};
+        if (claimed[v][pixel] || map.agreeing[pixel] == 0 || !(w > 0)) continue;
+        const glm::dvec3 position = position_of(map, to_world, x, y, w);
         const bool measured = map.agreeing[pixel] == kMeasured;
-        if (measured || vouched_for(maps, map, far, pixel, fusion.position(v, place, w)))
-          fusion.add(v, place, w, measured, points);
+        if (measured || vouched_for(maps, map, far, pixel, position)) add(v, measured, position);
       }
   }
   return points;

@@ -8,10 +8,9 @@
 namespace trisoup::scene {
 
 /// Points where the depth maps of three views agree, or of two where hardly more show the place, with all views whose
-/// maps agree, at the mean of their depths (as the fusion of Schönberger et al., "Pixelwise view selection for
-/// unstructured multi-view stereo", ECCV 2016). A pixel whose surface an earlier view has given a point is passed over,
-/// so surfaces have about one point per pixel of the view that comes first. A measured depth needs no other view,
-/// unless one looks through its point. colours and errors are empty.
+/// maps agree. A pixel whose surface an earlier view has given a point is passed over, so surfaces have about one point
+/// per pixel of the view that comes first. A measured depth needs no other view, unless one looks through its point.
+/// colours and errors are empty.
 Points dense_points(std::span<const DepthMap> maps);
 
 /// Adds to the sightings of each point the views whose depth maps have a surface there, and removes those whose maps
