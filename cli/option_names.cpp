@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <new>
 
 #include <fmt/format.h>
 
@@ -36,7 +37,11 @@ std::string in_options(std::string_view message) {
 }
 
 void print_error(const char* program, const std::exception& error) {
-  std::fprintf(stderr, "%s: %s\n", program, in_options(error.what()).c_str());
+  const bool is_full = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+  const std::string line =
+      is_full ? "main memory is full; ask for less (a smaller --size or fewer triangles) or close other programs"
+              : in_options(error.what());
+  std::fprintf(stderr, "%s: %s\n", program, line.c_str());
 }
 
 }  // namespace trisoup

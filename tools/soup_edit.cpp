@@ -128,15 +128,15 @@ void add_options(CLI::App& app, CommandLine& c, Texts& texts) {
       {"keep", soup::Across::keep}, {"centroid", soup::Across::centroid}, {"drop", soup::Across::drop}};
   app.add_option("--crop-box", texts.boxes, "X0,Y0,Z0,X1,Y1,Z1, dataset coordinates: keep the triangles in this box")
       ->allow_extra_args(false)
-      ->group("Crop (several regions: what lies in any of them stays)");
+      ->group("Crop (repeat an option for several regions: what lies in any of them stays)");
   app.add_option("--crop-sphere", texts.spheres, "X,Y,Z,R, dataset coordinates: keep the triangles in this sphere")
       ->allow_extra_args(false)
-      ->group("Crop (several regions: what lies in any of them stays)");
+      ->group("Crop (repeat an option for several regions: what lies in any of them stays)");
   app.add_option("--across", c.across,
                  "triangles across a border: keep, drop, or centroid: keep those whose centroid is inside [centroid]")
       ->transform(CLI::CheckedTransformer(across))
       ->option_text("TEXT")  // instead of the whole map
-      ->group("Crop (several regions: what lies in any of them stays)");
+      ->group("Crop (repeat an option for several regions: what lies in any of them stays)");
   app.add_option("--drop-colour", texts.colours,
                  "white, black or R,G,B from 0 to 1: drop triangles of this mean colour")
       ->allow_extra_args(false)
@@ -255,6 +255,7 @@ void run(const CommandLine& c) {
   fmt::print("{}: {} of {} triangles, {} of {} pieces, {:.2f} of {:.2f} MB, in {}\n", output.string(), triangles.size(),
              all, kept.size(), found.size(), 1e-6 * static_cast<double>(bytes.size()),
              1e-6 * static_cast<double>(opened.bytes()), place_of(opened.file(), triangles));
+  if (std::fflush(stdout) != 0) throw Error("standard output: cannot be written; free disk space");
 }
 
 }  // namespace

@@ -199,14 +199,7 @@ void take_out_validation(const soup::ModelFile& file, scene::Scene& scene) {
 /// Takes out the pixels that the training left out because they show what was removed from the model before it.
 void leave_out_as_trained(const Options& o, const soup::ModelFile& file, const Recorded& recorded, scene::Scene& scene,
                           gpu::Device& gpu) {
-  train::Settings s;
-  try {
-    s.removed_from = file.settings.value("removed_from", std::string());
-    s.init = file.settings.value("init", std::string());
-    s.near = file.settings.value("near", recorded.near);
-  } catch (const nlohmann::json::exception&) {
-    return;  // of another program
-  }
+  train::Settings s = train::removal_of(file.settings);
   s.test_near = recorded.near;
   s.far = recorded.far;
   if (const std::string path = train::missing_model(s); !path.empty())
@@ -218,6 +211,13 @@ void leave_out_as_trained(const Options& o, const soup::ModelFile& file, const R
 
 void evaluate(Options& o) {
   o.model_path = soup::model_in(o.model_path).string();
+  check_output_is_not(o.json_path, "--json", o.model_path);
+  check_output_is_not(o.json_path, "--json", o.dataset);
+  // What a dataset says of its photographs.
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(o.dataset, none))
+    if (entry.path().filename().string().starts_with("transforms"))
+      check_output_is_not(o.json_path, "--json", entry.path());
   soup::ModelFile file = soup::read_model(o.model_path);
   const Recorded recorded = take_settings(o, file);
   o.load.train_images = false;

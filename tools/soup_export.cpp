@@ -104,6 +104,11 @@ std::string with_plain_colours(const CommandLine& options, const viewer::Subject
   if (soup::has_plain_colours(bytes_of(bytes), subject.path)) return bytes;
   soup::ModelFileOptions about = options_of(soup::read_model(subject.path));
   about.colour_palette = about.texture_steps != soup::kExactTextures;
+  if (about.cameras.empty())
+    std::fprintf(stderr,
+                 "soup-export: warning: %s: has no training cameras, so other viewers show its colours from eight "
+                 "directions around it\n",
+                 printable(subject.path).c_str());
   if (!about.up) about.shown_up = train::mean_up(about.cameras);
   gpu::DeviceOptions device = options.device;
   device.draws = false;

@@ -94,6 +94,13 @@ train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, co
   return continued;
 }
 
+void keep_from_overwrite(const CommandLine& o, const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (o.overwrite && std::filesystem::equivalent(file.has_parent_path() ? file.parent_path() : ".", o.output, ignored))
+    throw Error("{}: is in {}, which --overwrite would clear before a new model exists; choose another -o",
+                printable(file.string()), printable(o.output));
+}
+
 std::string CommandLine::preset_name() const {
   return !request.preset.empty() ? request.preset : record ? "as recorded" : "best";
 }

@@ -78,4 +78,7 @@ scene::DepthMaps depth_maps_of(const std::string& name);
 /// Exit status to end with, or nothing to go on.
 std::optional<int> parse(int argc, char** argv, CommandLine& out);
 
+/// Throws Error if `file`, from which a training starts, lies in the folder that --overwrite clears.
+void keep_from_overwrite(const CommandLine& options, const std::filesystem::path& file);
+
 }  // namespace trisoup

@@ -17,6 +17,7 @@
 #include "cli/serve_options.h"
 #include "cli/setting_options.h"
 #include "command_line.h"
+#include "format/model_file.h"
 #include "settings_file.h"
 
 namespace trisoup {
@@ -235,6 +236,9 @@ void Options::take() {
   if (o_.output.empty()) throw CLI::RequiredError("-o");
   o_.request.assignments = settings_options_.given();
   for (const std::string& text : assignments_) o_.request.assignments.push_back(experiment(text));
+  for (const train::Assignment& assignment : o_.request.assignments)
+    if (const std::string_view name = assignment.setting->name; name == "removed_from" || name == "init")
+      keep_from_overwrite(o_, soup::model_in(std::get<std::string>(assignment.value)));
   if (!record_.empty()) o_.take(read_settings_file(record_));
 }
 

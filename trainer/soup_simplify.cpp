@@ -19,11 +19,6 @@ namespace {
 
 using namespace trisoup;
 
-bool lies_in(const std::filesystem::path& file, const std::filesystem::path& folder) {
-  std::error_code ignored;
-  return std::filesystem::equivalent(file.has_parent_path() ? file.parent_path() : ".", folder, ignored);
-}
-
 /// Whether the command line gives a goal. 0 is no goal.
 bool has_goal(const train::SettingsRequest& request) {
   train::Settings s;
@@ -72,10 +67,7 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
     if (!has_goal(o.request))
       throw CLI::RequiredError("a goal (--target-psnr, --target-ssim, --max-mb or --max-triangles)");
     o.model = soup::model_in(o.model).string();
-    if (o.overwrite && lies_in(o.model, o.output))
-      throw CLI::ValidationError(
-          fmt::format("{}: is in {}, which --overwrite would clear before a new model exists; choose another -o",
-                      o.model, o.output));
+    keep_from_overwrite(o, o.model);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   } catch (const Error& e) {

@@ -256,6 +256,7 @@ void benchmark(Setting& s) {
   }
   result["shading"] = to_string(s.renderer.shading());
   const std::string text = result.dump(2) + "\n";
+  check_output_is_not(s.options.json.value_or("-"), "--json", s.subject.path);
   write_output(s.options.json.value_or("-"), text);
 }
 

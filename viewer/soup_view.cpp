@@ -85,6 +85,7 @@ int main(int argc, char** argv) {
       for (const gpu::DeviceInfo& d : gpu::list_devices())
         if (d.backend == "vulkan")  // other backends cannot draw
           std::printf("%d: %s (%s, %s)\n", d.index, d.name.c_str(), to_string(d.kind), d.driver.c_str());
+      if (std::fflush(stdout) != 0) throw Error("standard output: cannot be written; free disk space");
       return 0;
     }
     if (options->serving.serve) {

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "image/image_file.h"
+#include "run/removed_from.h"
 #include "train/quality/evaluate.h"
 
 namespace trisoup {
@@ -155,8 +156,15 @@ Evaluation Model::evaluate(Device& device, const Dataset& dataset, bool training
   const DeviceLock lock(device);
   soup::Model model = impl_->model;
   model.background = scene.background;
-  return public_evaluation(
-      train::evaluate(lock.gpu(), model, scene, views, impl_->near, impl_->far, {}, nullptr, {}, {.wanted = true}));
+  const auto measured = [&](const scene::Scene& seen, const std::vector<scene::View>& of) {
+    return public_evaluation(
+        train::evaluate(lock.gpu(), model, seen, of, impl_->near, impl_->far, {}, nullptr, {}, {.wanted = true}));
+  };
+  const train::Settings removal = train::removal_of(nlohmann::json::parse(impl_->settings));
+  if (removal.removed_from.empty()) return measured(scene, views);
+  scene::Scene masked = scene;
+  train::leave_out_removed(lock.gpu(), masked, removal);
+  return measured(masked, training ? masked.train : masked.test);
 }
 
 void Picture::write_png(const std::filesystem::path& path) const {

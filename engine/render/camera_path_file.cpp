@@ -132,11 +132,15 @@ Shot shot_of(const json& state, const std::string& place, const PathContext& con
 
 /// Takes a pose of nerfstudio's scene to the dataset: the inverse of scale x transform.
 glm::dmat4 undone(const glm::dmat4& matrix, const json& dataparser) {
-  const std::string what = "dataparser_transforms";
-  const glm::dmat4 transform = matrix_of_rows(member(dataparser, "transform"), what + ".transform");
+  const std::string what = "dataparser_transforms.json: transform";
+  const glm::dmat4 transform = matrix_of_rows(member(dataparser, "transform"), what);
+  rotation_of(transform, what);
+  for (int c = 0; c < 3; ++c)
+    if (std::abs(glm::length(glm::dvec3(transform[c])) - 1) > 1e-3)
+      throw Error("{} has a scale of its own; give a rotation and a shift, and the scale as \"scale\"", what);
   const json scale = member(dataparser, "scale");
   if (!(scale.is_number() && scale.get<double>() > 0))
-    throw Error("{}.scale is {}; give a number above 0", what, short_text(scale));
+    throw Error("dataparser_transforms.json: scale is {}; give a number above 0", short_text(scale));
   const glm::dmat3 inverse = glm::transpose(glm::dmat3(transform));
   glm::dmat4 result = matrix;
   for (int c = 0; c < 3; ++c) result[c] = glm::dvec4(inverse * glm::dvec3(matrix[c]), matrix[c].w);
@@ -145,12 +149,17 @@ glm::dmat4 undone(const glm::dmat4& matrix, const json& dataparser) {
   return result;
 }
 
+void refuse_other_cameras(const json& object, const std::string& place) {
+  const json type = member(object, "camera_type");
+  if (type.is_string() && type != "perspective")
+    throw Error("{}camera_type is {}; only perspective cameras are drawn", place, short_text(type));
+}
+
 /// One frame of nerfstudio as a key frame of ours.
 json key_of_nerfstudio(const json& frame, const std::string& place, double time, const json& dataparser) {
-  const json type = member(frame, "camera_type");
-  if (type.is_string() && type != "perspective")
-    throw Error("{}.camera_type is {}; only perspective cameras are drawn", place, short_text(type));
+  refuse_other_cameras(frame, place + ".");
   glm::dmat4 matrix = matrix_of_rows(member(frame, "camera_to_world"), place + ".camera_to_world");
+  rotation_of(matrix, place + ".camera_to_world");  // throws, with the key's name
   if (!dataparser.is_null()) matrix = undone(matrix, dataparser);
   json flat = json::array();
   for (int i = 0; i < 16; ++i) flat.push_back(matrix[i / 4][i % 4]);
@@ -161,8 +170,8 @@ json key_of_nerfstudio(const json& frame, const std::string& place, double time,
 double frame_seconds(const json& document, std::size_t frames, const std::string& name) {
   const json seconds = member(document, "seconds"), fps = member(document, "fps");
   double lasts = 0;
-  if (seconds.is_number() && seconds.get<double>() > 0 && frames > 1)
-    lasts = seconds.get<double>() / static_cast<double>(frames - 1);
+  if (seconds.is_number() && seconds.get<double>() > 0)
+    lasts = seconds.get<double>() / static_cast<double>(std::max<std::size_t>(1, frames - 1));
   else if (fps.is_number())
     lasts = 1 / fps.get<double>();
   if (!(lasts > 0 && std::isfinite(lasts))) throw Error("{}: has no fps and no seconds; add \"fps\": 24", name);
@@ -171,7 +180,7 @@ double frame_seconds(const json& document, std::size_t frames, const std::string
 
 std::optional<glm::ivec2> size_of(const json& document, const std::string& name) {
   const json width = member(document, "render_width"), height = member(document, "render_height");
-  if (width.is_null() || height.is_null()) return std::nullopt;
+  if (width.is_null() && height.is_null()) return std::nullopt;
   return glm::ivec2(within(width, 1, 16384, name + ": render_width", " pixels"),
                     within(height, 1, 16384, name + ": render_height", " pixels"));
 }
@@ -195,6 +204,7 @@ CameraPath read_camera_path(const json& document, const std::string& name, const
     if (const json fps = member(document, "fps"); fps.is_number() && fps.get<double>() > 0)
       path.fps = fps.get<double>();
     path.size = size_of(document, name);
+    refuse_other_cameras(document, name + ": ");
   }
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string place = fmt::format("{}: {}[{}]", name, kind, i);

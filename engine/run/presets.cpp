@@ -148,6 +148,12 @@ bool wants_points(const SettingsRequest& request, const scene::Scene& scene) {
   return request.preset != "published" && !scene.synthetic;
 }
 
+static std::string absolute(const std::string& path) {
+  std::error_code failed;
+  const std::filesystem::path whole = std::filesystem::absolute(path, failed).lexically_normal();
+  return failed ? path : whole.string();
+}
+
 void apply(const SettingsRequest& request, const scene::Scene& scene, Settings& s) {
   for (const Assignment& assignment : request.assignments) assign(s, assignment);
   const double unit = scene.normalisation.scale;
@@ -157,6 +163,10 @@ void apply(const SettingsRequest& request, const scene::Scene& scene, Settings& 
     s.init_box = *box * unit;
   }
   if (const auto radius = asked_for<double>(request, "init_radius")) s.init_radius = *radius * unit;
+  if (s.removed_from.empty()) return;
+  // Absolute: both models are read again when the training goes on or is scored, from any folder.
+  if (request.has("removed_from")) s.removed_from = absolute(s.removed_from);
+  if (std::filesystem::path(s.init).has_extension()) s.init = absolute(s.init);
 }
 
 Settings make_settings(const SettingsRequest& request, const scene::Scene& scene) {

@@ -28,7 +28,23 @@ soup::ModelFile read(const std::string& path, const char* setting) {
 
 std::string missing_model(const Settings& settings) {
   if (settings.removed_from.empty()) return {};
-  return !is_there(settings.removed_from) ? settings.removed_from : !is_there(settings.init) ? settings.init : "";
+  if (!is_there(settings.removed_from)) return settings.removed_from;
+  if (!is_there(settings.init)) return settings.init;
+  return missing_model(removal_of(soup::read_model(soup::model_in(settings.removed_from)).settings));
+}
+
+Settings removal_of(const nlohmann::json& record) {
+  Settings settings;
+  try {
+    settings.removed_from = record.value("removed_from", std::string());
+    settings.init = record.value("init", std::string());
+    settings.near = record.value("near", settings.near);
+    settings.test_near = record.value("test_near", settings.test_near);
+    settings.far = record.value("far", settings.far);
+  } catch (const nlohmann::json::exception&) {
+    return {};  // of another program
+  }
+  return settings;
 }
 
 std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Settings& settings) {
@@ -45,11 +61,15 @@ std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Setti
         original, cleaned, removed.strangers, after.model.triangles());
   if (removed.count == 0)
     throw Error("{}: {} has all of its triangles, so nothing was removed; leave `removed_from` out", original, cleaned);
+  // The original may have been cut and trained, too. What it lacked stays removed.
+  const std::string earlier = leave_out_removed(gpu, scene, removal_of(before.settings));
   const RemovedShares shares = mask_removed(gpu, scene, before.model, removed.triangles, after.model, settings);
-  return fmt::format(
-      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them: "
-      "these parts of photographs do not count",
-      removed.count, before.model.triangles(), original, 100 * shares.train, 100 * shares.test);
+  return (earlier.empty() ? "" : earlier + "\n") + fmt::format(
+                                                       "removed: {} of {} triangles of {}; {:.1f} % of the training "
+                                                       "pixels and {:.1f} % of the test pixels show them: "
+                                                       "these parts of photographs do not count",
+                                                       removed.count, before.model.triangles(), original,
+                                                       100 * shares.train, 100 * shares.test);
 }
 
 }  // namespace trisoup::train

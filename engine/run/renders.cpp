@@ -14,7 +14,7 @@ namespace trisoup::train {
 void Renders::create() const {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  if (error) throw Error("{}: cannot be created ({}); choose another `output`", folder_.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another folder", folder_.string(), error.message());
 }
 
 void Renders::clear() {

@@ -72,7 +72,10 @@ TEST_CASE("metrics of the device match those of the host", "[image_metrics][each
     const train::ImageMetrics host = train::compare(std::span(colour).subspan(3 * first, 3 * count), photographs[v]);
     const train::ImageMetrics device = train::metrics_of(sums[v]);
     CHECK(std::abs(device.psnr - host.psnr) < 1e-4);
-    CHECK(std::abs(device.ssim - host.ssim) < 1e-5);
+    if (v == 2)  // smaller than a window
+      CHECK((std::isnan(device.ssim) && std::isnan(host.ssim)));
+    else
+      CHECK(std::abs(device.ssim - host.ssim) < 1e-5);
     CHECK(std::abs(device.mae - host.mae) < 1e-6);
     CHECK(device.pixels == host.pixels);
     std::size_t uncovered = 0;
@@ -96,7 +99,6 @@ TEST_CASE("metrics of the device match those of the host", "[image_metrics][each
   }
   CHECK(sums[1].pixels < 64 * 33);
   CHECK(sums[0].uncovered > 0);
-  CHECK(train::metrics_of(sums[2]).ssim == 1);
   CHECK(train::metrics_of(sums[3]).psnr > 40);
   test::require_silence(*gpu);
 }

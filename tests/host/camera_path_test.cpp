@@ -136,7 +136,25 @@ TEST_CASE("a path that is none names the key frame", "[camera_path]") {
   refused(R"({"camera_path": [{}], "fps": 1})", "camera_path[0].camera_to_world is missing");
   refused(R"({"camera_path": [{}]})", "has no fps");
   refused(R"({"camera_path": [{"camera_type": "equirectangular"}], "fps": 1})", "only perspective");
+  refused(R"({"camera_type": "equirectangular", "camera_path": [{}], "fps": 1})", "p.json: camera_type is");
+  refused(R"({"camera_path": [{"camera_to_world": [0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1]}], "fps": 1})",
+          "camera_path[0].camera_to_world is not a rotation");
+  refused(R"({"render_height": 90, "camera_path": [{"camera_to_world": )" + kPose + R"(}], "fps": 1})",
+          "render_width is missing");
   refused("{\n\"keyframes\": [\n", "line 2 is not valid JSON");
+}
+
+TEST_CASE("nerfstudio's dataparser turns, shifts and scales, and nothing else", "[camera_path]") {
+  const json document =
+      json::parse(R"({"seconds": 2, "camera_path": [{"fov": 60, "camera_to_world": )" + kPose + "}]}");
+  const auto read = [&](const std::string& dataparser) {
+    return render::read_camera_path(document, "p.json", {}, json::parse(dataparser));
+  };
+  CHECK(read(R"({"transform": [[1,0,0,0.5], [0,1,0,0], [0,0,1,0]], "scale": 2})").keys.size() == 1);
+  CHECK_THROWS_WITH(read(R"({"transform": [[2,0,0,0], [0,2,0,0], [0,0,2,0]], "scale": 2})"),
+                    Contains("scale of its own"));
+  CHECK_THROWS_WITH(read(R"({"transform": [[0,0,0,0], [0,0,0,0], [0,0,0,0]], "scale": 2})"),
+                    Contains("transform is not a rotation"));
 }
 
 TEST_CASE("nerfstudio's path gives a picture for each of its cameras", "[camera_path]") {

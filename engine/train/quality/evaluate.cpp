@@ -36,6 +36,15 @@ std::optional<double> mean_of(const std::vector<ViewMetrics>& views, std::option
   return sum / n;
 }
 
+/// Mean over the views that have an SSIM; kNoSsim if none has. metrics: those of a view, or null.
+template <class Metrics>
+double mean_ssim(const std::vector<ViewMetrics>& views, Metrics&& metrics) {
+  double sum = 0, n = 0;
+  for (const ViewMetrics& view : views)
+    if (const ImageMetrics* const m = metrics(view); m && m->pixels > 0 && !std::isnan(m->ssim)) sum += m->ssim, ++n;
+  return n > 0 ? sum / n : kNoSsim;
+}
+
 }  // namespace
 
 ImageMetrics mean(const std::vector<ViewMetrics>& views) {
@@ -45,14 +54,13 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
     if (view.metrics.pixels == 0) continue;
     ++n;
     sum.psnr += view.metrics.psnr;
-    sum.ssim += view.metrics.ssim;
     sum.mae += view.metrics.mae;
     sum.uncovered += view.metrics.uncovered;
     sum.pixels += view.metrics.pixels;
   }
   if (n == 0) return {};
   return {sum.psnr / n,
-          sum.ssim / n,
+          mean_ssim(views, [](const ViewMetrics& view) { return &view.metrics; }),
           sum.mae / n,
           sum.pixels,
           sum.uncovered / n,
@@ -71,11 +79,13 @@ std::optional<CovisibleMean> covisible_mean(const std::vector<ViewMetrics>& view
     }
     ++sum.measured;
     sum.psnr += view.covisible->metrics.psnr;
-    sum.ssim += view.covisible->metrics.ssim;
   }
   if (sum.measured + sum.left_out == 0) return std::nullopt;
   sum.share /= double(sum.measured + sum.left_out);
-  if (sum.measured > 0) sum.psnr /= double(sum.measured), sum.ssim /= double(sum.measured);
+  if (sum.measured > 0) sum.psnr /= double(sum.measured);
+  sum.ssim = mean_ssim(views, [](const ViewMetrics& view) {
+    return view.covisible && view.covisible->measured && view.metrics.pixels > 0 ? &view.covisible->metrics : nullptr;
+  });
   return sum;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "render/cameras.h"
 #include "train/quality/camera_exposures.h"
@@ -32,6 +33,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
       if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
     if (const auto* const exposure = exposure_of(view, model.exposures)) expose(colour, *exposure, model.background);
     evaluation.views.push_back({view.name, compare(colour, view.image)});
+    evaluation.views.back().metrics.uncovered = std::numeric_limits<double>::quiet_NaN();  // the picture does not say
     std::vector<float> errors;
     if (measure) errors = measure->measure(colour, view.image, evaluation.views.back().metrics);
     if (on_render) on_render(view, colour);

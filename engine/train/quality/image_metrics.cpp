@@ -65,7 +65,7 @@ ImageMetrics compare(std::span<const float> colour, const Image& photo) {
   const double mse = squares / static_cast<double>(counted);
   metrics.psnr = psnr_of(mse);
   metrics.mae = absolute / static_cast<double>(counted);
-  metrics.ssim = w > 10 && h > 10 ? ssim / 3 : 1.0;
+  metrics.ssim = w > 10 && h > 10 ? ssim / 3 : kNoSsim;
   return metrics;
 }
 

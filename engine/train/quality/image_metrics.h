@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -10,13 +11,16 @@
 
 namespace trisoup::train {
 
+/// SSIM of a picture that has no whole window: not a number, and null in JSON.
+inline constexpr double kNoSsim = std::numeric_limits<double>::quiet_NaN();
+
 struct ImageMetrics {
-  double psnr = 0;  // dB, peak 1; 100 if there is no error
-  double ssim = 0;  // 11-tap Gaussian, sigma 1.5, whole windows only (Wang et al. 2004); 1 if the image is smaller
-  double mae = 0;   // mean |difference|, 0..1
+  double psnr = 0;         // dB, peak 1; 100 if there is no error
+  double ssim = 0;         // 11-tap Gaussian, sigma 1.5, whole windows only (Wang et al. 2004); or kNoSsim
+  double mae = 0;          // mean |difference|, 0..1
   std::size_t pixels = 0;  // number compared; if 0, the other values are meaningless
   /// Share of the pixels without a triangle where the photograph differs from the background; 0 from compare(), which
-  /// does not know the triangles.
+  /// does not know the triangles, and not a number from evaluate_renderer().
   double uncovered = 0;
   /// Measured by Perceptual (perceptual.h) alone. ms_ssim: nothing if the picture is too small, too.
   std::optional<double> ms_ssim = {}, flip = {};

@@ -32,7 +32,7 @@ ImageMetrics metrics_of(const ImageSums& sums) {
   metrics.pixels = sums.pixels;
   metrics.psnr = psnr_of(sums.squares / values);
   metrics.mae = sums.absolute / values;
-  metrics.ssim = sums.windows > 0 ? sums.ssim / (3.0 * static_cast<double>(sums.windows)) : 1.0;
+  metrics.ssim = sums.windows > 0 ? sums.ssim / (3.0 * static_cast<double>(sums.windows)) : kNoSsim;
   metrics.uncovered = sums.share_uncovered();
   return metrics;
 }

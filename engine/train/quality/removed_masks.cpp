@@ -117,9 +117,10 @@ RemovedShares mask_removed(gpu::Device& gpu, scene::Scene& scene, const soup::Mo
                            const std::vector<bool>& removed, const soup::Model& cleaned, const Settings& settings) {
   // Masks may differ by a pixel between devices, and a checkpoint may go on on another one, so hashes are of what the
   // masks follow from.
-  scene.whole = scene::WholePhotographs{
-      std::rotl(scene::fingerprint_of_photographs(scene.train), 1) ^ fingerprint_of(original, removed),
-      scene::fingerprint_of_photographs(scene.test)};
+  if (!scene.whole)
+    scene.whole = scene::WholePhotographs{scene::fingerprint_of_photographs(scene.train),
+                                          scene::fingerprint_of_photographs(scene.test)};
+  scene.whole->train = std::rotl(scene.whole->train, 1) ^ fingerprint_of(original, removed);
   const auto mask = [&](std::vector<scene::View>& views) {
     return mask_out(removed_pixels(gpu, scene, original, removed, views, settings.test_near, settings.far), views);
   };

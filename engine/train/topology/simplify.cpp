@@ -62,6 +62,8 @@ std::optional<Removal> cheaper(const Importance& importance, const soup::Texture
 double above(const Round& r, const Settings& s) {
   double margin = 1e9;
   if (s.target_psnr > 0) margin = std::min(margin, r.psnr - s.target_psnr);
+  if (s.target_ssim > 0 && std::isnan(r.ssim))
+    throw Error("`target_ssim`: no view has the 11 x 11 pixels of an SSIM; use larger photographs or `target_psnr`");
   if (s.target_ssim > 0) margin = std::min(margin, decibels(r.ssim) - decibels(s.target_ssim));
   return margin;
 }
