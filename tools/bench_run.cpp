@@ -37,7 +37,7 @@ const std::vector<std::string> kColumns = {
     "ssim",           "mae",     "bytes",    "frame_ms",       "frame_size",     "frames",
     "frame_device",   "views",   "size",     "kernel",         "kernel_ms",      "timed_steps",
     "nothing_learnt", "dataset", "settings", "psnr_covisible", "ssim_covisible", "covisible",
-    "ms_ssim",        "flip"};
+    "ms_ssim",        "flip",    "lpips"};
 
 std::atomic<bool> g_stop{false};
 
@@ -138,6 +138,7 @@ class Runner {
       row[key] = text_of(metrics.at(key));
     for (const char* key : {"psnr_covisible", "ssim_covisible", "covisible", "ms_ssim", "flip"})
       if (metrics.contains(key)) row[key] = text_of(metrics.at(key));
+    if (!options_.lpips.empty() && !row["psnr"].empty()) row["lpips"] = lpips_of(t, folder);
     row["settings"] = metrics.at("settings").dump();
     row["nothing_learnt"] = text_of(metrics.at("nothing_learnt"));
     const std::string quality =
@@ -261,6 +262,14 @@ class Runner {
       throw Error("--launcher '{}': cannot be started; check the command", options_.launcher);
     throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status)
                                            : result.error);
+  }
+
+  std::string lpips_of(const Training& t, const std::filesystem::path& folder) {
+    const std::filesystem::path result = folder / "lpips.json";
+    child({program("soup-eval"), folder.string(), (options_.scenes / t.scene).string(), "--lpips",
+           options_.lpips.string(), "--json", result.string()},
+          folder / "lpips.txt");
+    return text_of(read_json(result).at("lpips"));
   }
 
   /// Returns the columns that all rows of a training share.

@@ -12,6 +12,7 @@ struct RunOptions {
   std::filesystem::path scenes;    // folder of the plan's scenes
   std::filesystem::path work;      // folder of runs in progress; empty: beside the results
   std::filesystem::path programs;  // folder of soup-train, soup-view and soup-bench
+  std::filesystem::path lpips;     // weights of LPIPS (docs/formats.md); empty: LPIPS is not measured
   bool keep = false;               // keep models and logs of finished trainings
   std::string launcher;            // shell words before the command of each run ("srun -n1 -c8"); empty: none
   std::uint32_t at_once = 1;       // parallel runs; frame times are always measured one by one

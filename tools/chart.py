@@ -43,7 +43,7 @@ ABLATIONS = [
     "random start", "as published"]
 QUALITIES = {"psnr": "PSNR [dB]", "ssim": "SSIM"}
 # Measures that --measure draws in place of SSIM; more is better. Only records of models have the others.
-MEASURES = {"ssim": "SSIM", "ms_ssim": "MS-SSIM", "flip": "1 - FLIP"}
+MEASURES = {"ssim": "SSIM", "ms_ssim": "MS-SSIM", "flip": "1 - FLIP", "lpips": "1 - LPIPS"}
 MIN_SHARE = 0.03  # of a step; kernels below it are drawn together as "others"
 
 plt.rcParams.update({
@@ -178,7 +178,7 @@ def read(path: str, measure: str = "ssim") -> list[Row]:
 def with_measure(record: dict[str, str], measure: str) -> dict[str, str]:
     """The record with the measure in column ssim; values that are no numbers stay, for read_row."""
     text = record.get(measure) or ""
-    if measure == "flip" and re.fullmatch(r"[01](\.\d+)?", text):
+    if measure in ("flip", "lpips") and re.fullmatch(r"\d+(\.\d+)?(e-\d+)?", text):
         text = f"{1 - float(text):.6f}"
     return {**record, "ssim": text}
 

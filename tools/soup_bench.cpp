@@ -94,6 +94,9 @@ CLI::App* add_run(CLI::App& app, bench::RunOptions& plan) {
                       "all nodes must see the same folders");
   run_sub->add_option("--at-once", plan.at_once, "number of parallel runs [1; with --launcher: 64]")
       ->check(CLI::Range(1, 10'000));
+  run_sub->add_option("--lpips", plan.lpips, "also measure LPIPS of models with the network of this file")
+      ->check(CLI::ExistingFile)
+      ->option_text("FILE");
   run_sub->add_flag("--keep", plan.keep, "keep the models and logs of finished trainings");
   return run_sub;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -89,6 +90,8 @@ FileCameras of_transforms(const Subject& subject, const std::string& text, const
     scene::Camera camera = scene::camera_of(frame, size);
     if (options.size) camera = render::reshaped(camera, options.size->x, options.size->y);
     result.cameras.push_back(scene::normalised(camera, {subject.model.centre, subject.model.scale}));
+    render::refuse_far_eye(result.cameras.back().centre(), camera.centre(),
+                           fmt::format("{}: {}", name, frame.file_path));
   }
   result.fps = options.fps.value_or(result.fps);
   return result;

@@ -19,7 +19,6 @@ using nlohmann::json;
 
 constexpr std::size_t kMostKeys = 100'000;
 constexpr double kDegrees = std::numbers::pi / 180;
-constexpr double kFarthestEye = 1e4;  // normalised units: floats cannot resolve the soup from farther away
 
 /// A value as it stands in a message.
 std::string short_text(const json& value) {
@@ -116,9 +115,7 @@ Shot shot_of(const json& state, const std::string& place, const PathContext& con
   shot.aspect = aspect.is_null() ? context.aspect : within(aspect, 0.1, 10, place + ".aspect", "");
   const glm::dvec3 eye = position ? *position : glm::dvec3((*matrix)[3]);
   shot.eye = context.normalisation.to_normalised(eye);
-  if (!(glm::length(shot.eye) < kFarthestEye))
-    throw Error("{}: the position {:.6g}, {:.6g}, {:.6g} is too far from the scene; give coordinates of the dataset",
-                place, eye.x, eye.y, eye.z);
+  refuse_far_eye(shot.eye, eye, place);
   if (!(position && target)) {
     shot.turn = glm::quat_cast(rotation_of(*matrix, place + ".matrix"));
     return shot;
@@ -185,9 +182,21 @@ std::optional<glm::ivec2> size_of(const json& document, const std::string& name)
                     within(height, 1, 16384, name + ": render_height", " pixels"));
 }
 
-bool is_true(const json& value) { return value.is_boolean() && value.get<bool>(); }
+bool flag(const json& document, const char* key, const std::string& name) {
+  const json value = member(document, key);
+  if (!value.is_null() && !value.is_boolean())
+    throw Error("{}: {} is {}; give true or false", name, key, short_text(value));
+  return value.is_boolean() && value.get<bool>();
+}
 
 }  // namespace
+
+void refuse_far_eye(const glm::dvec3& eye, const glm::dvec3& given, const std::string& place) {
+  constexpr double kFarthest = 1e4;  // normalised units
+  if (!(glm::length(eye) < kFarthest))
+    throw Error("{}: the position {:.6g}, {:.6g}, {:.6g} is too far from the scene; give coordinates of the dataset",
+                place, given.x, given.y, given.z);
+}
 
 CameraPath read_camera_path(const json& document, const std::string& name, const PathContext& context,
                             const json& dataparser) {
@@ -218,7 +227,7 @@ CameraPath read_camera_path(const json& document, const std::string& name, const
                   time.get<double>());
     path.keys.push_back({time.get<double>(), shot_of(state, place, context)});
   }
-  path.loop = is_true(member(document, "loop")) || is_true(member(document, "is_cycle"));
+  path.loop = flag(document, "loop", name) || flag(document, "is_cycle", name);
   return path;
 }
 

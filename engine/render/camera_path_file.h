@@ -11,6 +11,10 @@
 
 namespace trisoup::render {
 
+/// Throws Error if a camera is so far from the scene that floats cannot resolve it. eye: normalised; given: as the file
+/// has it; place: where in the file.
+void refuse_far_eye(const glm::dvec3& eye, const glm::dvec3& given, const std::string& place);
+
 struct PathContext {
   scene::Normalisation normalisation;  // of the model
   glm::dvec3 up{0, 1, 0};              // of the scene, for key frames without one

@@ -141,6 +141,7 @@ TEST_CASE("a path that is none names the key frame", "[camera_path]") {
           "camera_path[0].camera_to_world is not a rotation");
   refused(R"({"render_height": 90, "camera_path": [{"camera_to_world": )" + kPose + R"(}], "fps": 1})",
           "render_width is missing");
+  refused(R"({"loop": "yes", "keyframes": [{"time": 0, )" + pose + "}]}", "loop is \"yes\"; give true or false");
   refused("{\n\"keyframes\": [\n", "line 2 is not valid JSON");
 }
 
@@ -187,6 +188,10 @@ TEST_CASE("the cameras of a transforms.json are those of its frames", "[camera_p
   CHECK(cameras_from(R"({"camera_angle_x": 0.6, )" + frames + "}", sized).cameras[0].fx == Approx(40 / std::tan(0.3)));
   CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "frames": [)" + frame + "]}"), Contains("no focal length"));
   CHECK_THROWS_WITH(cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": []})"), Contains("views.json"));
+  CHECK_THROWS_WITH(
+      cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": [{"file_path": "far.png", "transform_matrix":
+          [[1,0,0,1e7], [0,1,0,0], [0,0,1,0], [0,0,0,1]]}]})"),
+      Contains("far.png: the position 1e+07, 0, 0 is too far"));
   CHECK_THROWS_WITH(cameras_from(R"({"fl_x": 50})"), Contains("has no cameras; give a path"));
   CHECK_THROWS_WITH(
       cameras_from(R"({"w": 60, "h": 40, "fl_x": 50, "frames": [)" + frame + R"(, {"file_path": "b.png"}]})"),
