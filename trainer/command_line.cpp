@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "run/presets.h"
 #include "settings_file.h"
 #include "train/config/schedule.h"
