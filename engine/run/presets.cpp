@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <optional>
+#include <string>
+#include <system_error>
 
 #include "base/error.h"
 #include "base/printable.h"
