@@ -113,6 +113,12 @@ Settings preset_settings(const SettingsRequest& request, const scene::Scene& sce
   return s;
 }
 
+std::string absolute(const std::string& path) {
+  std::error_code failed;
+  const std::filesystem::path whole = std::filesystem::absolute(path, failed).lexically_normal();
+  return failed ? path : whole.string();
+}
+
 /// Whether poses may be a little off. Points that fit their photographs within half a pixel say that they are not.
 bool may_correct_poses(const Settings& s, const scene::Scene& scene) {
   constexpr double kGood = 0.5;  // mean reprojection error, pixels
@@ -151,12 +157,6 @@ bool wants_points(const SettingsRequest& request, const scene::Scene& scene) {
   return request.preset != "published" && !scene.synthetic;
 }
 
-static std::string absolute(const std::string& path) {
-  std::error_code failed;
-  const std::filesystem::path whole = std::filesystem::absolute(path, failed).lexically_normal();
-  return failed ? path : whole.string();
-}
-
 void apply(const SettingsRequest& request, const scene::Scene& scene, Settings& s) {
   for (const Assignment& assignment : request.assignments) assign(s, assignment);
   const double unit = scene.normalisation.scale;
@@ -169,7 +169,7 @@ void apply(const SettingsRequest& request, const scene::Scene& scene, Settings& 
   if (s.removed_from.empty()) return;
   // Absolute: both models are read again when the training goes on or is scored, from any folder.
   if (request.has("removed_from")) s.removed_from = absolute(s.removed_from);
-  if (std::filesystem::path(s.init).has_extension()) s.init = absolute(s.init);
+  if (request.has("init") && std::filesystem::path(s.init).has_extension()) s.init = absolute(s.init);
 }
 
 Settings make_settings(const SettingsRequest& request, const scene::Scene& scene) {

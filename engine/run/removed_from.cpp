@@ -1,6 +1,8 @@
 #include "run/removed_from.h"
 
 #include <filesystem>
+#include <set>
+#include <string>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -27,10 +29,14 @@ soup::ModelFile read(const std::string& path, const char* setting) {
 }  // namespace
 
 std::string missing_model(const Settings& settings) {
-  if (settings.removed_from.empty()) return {};
-  if (!is_there(settings.removed_from)) return settings.removed_from;
-  if (!is_there(settings.init)) return settings.init;
-  return missing_model(removal_of(soup::read_model(soup::model_in(settings.removed_from)).settings));
+  std::set<std::string> known;  // a model may have been overwritten by one that was cut from it
+  Settings s = settings;
+  while (!s.removed_from.empty() && known.insert(s.removed_from).second) {
+    if (!is_there(s.removed_from)) return s.removed_from;
+    if (!is_there(s.init)) return s.init;
+    s = removal_of(soup::read_model(soup::model_in(s.removed_from)).settings);
+  }
+  return {};
 }
 
 Settings removal_of(const nlohmann::json& record) {
@@ -64,12 +70,11 @@ std::string leave_out_removed(gpu::Device& gpu, scene::Scene& scene, const Setti
   // The original may have been cut and trained, too. What it lacked stays removed.
   const std::string earlier = leave_out_removed(gpu, scene, removal_of(before.settings));
   const RemovedShares shares = mask_removed(gpu, scene, before.model, removed.triangles, after.model, settings);
-  return (earlier.empty() ? "" : earlier + "\n") + fmt::format(
-                                                       "removed: {} of {} triangles of {}; {:.1f} % of the training "
-                                                       "pixels and {:.1f} % of the test pixels show them: "
-                                                       "these parts of photographs do not count",
-                                                       removed.count, before.model.triangles(), original,
-                                                       100 * shares.train, 100 * shares.test);
+  const std::string line = fmt::format(
+      "removed: {} of {} triangles of {}; {:.1f} % of the training pixels and {:.1f} % of the test pixels show them: "
+      "these parts of photographs do not count",
+      removed.count, before.model.triangles(), original, 100 * shares.train, 100 * shares.test);
+  return earlier.empty() ? line : earlier + "\n" + line;
 }
 
 }  // namespace trisoup::train
