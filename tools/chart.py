@@ -269,7 +269,7 @@ def label_at_right(axes: Axes, labels: list[Label]) -> None:
     if not labels:
         return
     figure = axes.figure
-    figure.canvas.draw()
+    figure.draw_without_rendering()  # lays the axes out
     font_size = plt.rcParams["xtick.labelsize"]
     gap = 1.25 * font_size * figure.dpi / 72 / axes.get_window_extent().height
     smaller = min(1, 1 / (gap * len(labels)))  # if they do not fit

@@ -23,7 +23,7 @@ constexpr float kLeastContrast = 0.012f;  // smallest standard deviation of a pa
 /// the best depth over other depths.
 constexpr float kAlike = 0.8f, kVoucher = 0.7f, kUnique = 0.06f;
 constexpr float kWorthALook = 0.2f;  // correlation above which the neighbouring depth steps are tested too
-constexpr double kSameDepth = 2.5;   // largest difference of matching depths, steps
+constexpr double kStepsApart = 2.5;  // largest difference of matching depths, steps
 
 /// A patch: the 25 pixels of a checkerboard pattern in 7 x 7 pixels.
 constexpr std::array<std::pair<int, int>, 25> kPatch = [] {
@@ -313,7 +313,7 @@ void for_each_same(const Find& find, const Picture& picture, Finds& finds, Visit
   for (int v = std::max(0, j - 1); v <= std::min(finds.down - 1, j + 1); ++v)
     for (int u = std::max(0, i - 1); u <= std::min(finds.across - 1, i + 1); ++u) {
       Find& other = finds.cells[static_cast<std::size_t>(v * finds.across + u)];
-      if (other.inverse_depth > 0 && std::abs(other.inverse_depth - 1.0 / c.z) < kSameDepth * picture.step)
+      if (other.inverse_depth > 0 && std::abs(other.inverse_depth - 1.0 / c.z) < kStepsApart * picture.step)
         visit(other);
     }
 }

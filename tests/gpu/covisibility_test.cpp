@@ -49,13 +49,12 @@ struct MeasuredColumns {
   std::string columns;  // of the mask: '#' where all rows are co-visible, '.' where none is, else '?'
 };
 
-MeasuredColumns measure_columns(const soup::Model& model, const std::vector<scene::View>& train) {
-  auto gpu = test::open_device();
+MeasuredColumns measure_columns(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& train) {
   scene::Scene scene;
   scene.train = train;
   scene.test = {wall_view(0)};
   MeasuredColumns measured;
-  measured.evaluation = train::evaluate(*gpu, model, scene, 0.025, 10, {}, nullptr,
+  measured.evaluation = train::evaluate(gpu, model, scene, 0.025, 10, {}, nullptr,
                                         [&](const scene::View&, const std::vector<std::uint8_t>& mask) {
                                           REQUIRE(mask.size() == std::size_t(kWallViewSide * kWallViewSide));
                                           for (int x = 0; x < kWallViewSide; ++x) {
@@ -65,7 +64,7 @@ MeasuredColumns measure_columns(const soup::Model& model, const std::vector<scen
                                             measured.columns += rows == kWallViewSide ? '#' : rows == 0 ? '.' : '?';
                                           }
                                         });
-  test::require_silence(*gpu);
+  test::require_silence(gpu);
   return measured;
 }
 
@@ -79,38 +78,41 @@ std::string columns_at(std::initializer_list<std::pair<int, int>> ranges) {
 }  // namespace
 
 TEST_CASE("pixels that one of two training views cannot see are not co-visible", "[covisible][each_driver]") {
+  auto gpu = test::open_device();
   // The test view shows the wall in columns 0 to 47 and the pillar in 48 to 63. The second training view sees 16
   // columns further to the right, and the pillar in its columns 15 to 30 hides what the test view shows in columns 32
   // to 46.
   const MeasuredColumns both =
-      measure_columns(model_of_walls({kWall, kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)});
+      measure_columns(*gpu, model_of_walls({kWall, kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)});
   CHECK(both.columns == columns_at({{16, 32}, {47, 64}}));
   REQUIRE(both.evaluation.covisible);
   CHECK(both.evaluation.covisible->share == 33.0 / 64);
   CHECK(both.evaluation.views[0].covisible->metrics.pixels == 33 * kWallViewSide);
   // Without the pillar only the border of the second view limits it.
-  CHECK(measure_columns(model_of_walls({kWall}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)}).columns ==
+  CHECK(measure_columns(*gpu, model_of_walls({kWall}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)}).columns ==
         columns_at({{16, 64}}));
   // Two witnesses are enough, whatever others hide.
-  CHECK(measure_columns(model_of_walls({kWall, kPillar}),
+  CHECK(measure_columns(*gpu, model_of_walls({kWall, kPillar}),
                         {wall_view(kWallShift), wall_view(0.5 + kWallShift), wall_view(-kWallShift)})
             .columns == columns_at({{0, 64}}));
 }
 
 TEST_CASE("what a training view masks out is not seen by it", "[covisible]") {
+  auto gpu = test::open_device();
   std::vector<scene::View> train{wall_view(kWallShift), wall_view(0.5 + kWallShift)};
   for (std::size_t p = 0; p < std::size_t(kWallViewSide * kWallViewSide); ++p)
     if (p % kWallViewSide < 32) train[0].image.rgba[4 * p + 3] = 0;
-  CHECK(measure_columns(model_of_walls({kWall, kPillar}), train).columns == columns_at({{47, 64}}));
+  CHECK(measure_columns(*gpu, model_of_walls({kWall, kPillar}), train).columns == columns_at({{47, 64}}));
   // soup-eval does not read the photographs of datasets without masks.
   train[0].image = {};
-  CHECK(measure_columns(model_of_walls({kWall, kPillar}), train).columns == columns_at({{16, 32}, {47, 64}}));
+  CHECK(measure_columns(*gpu, model_of_walls({kWall, kPillar}), train).columns == columns_at({{16, 32}, {47, 64}}));
 }
 
 TEST_CASE("pixels without triangles are points at infinity", "[covisible]") {
+  auto gpu = test::open_device();
   // Every view has the same direction in the same column. Columns that border on a pillar may belong to it.
   const std::string seen =
-      measure_columns(model_of_walls({kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)}).columns;
+      measure_columns(*gpu, model_of_walls({kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)}).columns;
   CHECK(seen.substr(0, 14) == std::string(14, '#'));
   CHECK(seen.substr(17, 12) == std::string(12, '.'));
   CHECK(seen.substr(32, 14) == std::string(14, '#'));
@@ -118,9 +120,10 @@ TEST_CASE("pixels without triangles are points at infinity", "[covisible]") {
 }
 
 TEST_CASE("metrics over co-visible pixels", "[covisible]") {
+  auto gpu = test::open_device();
   SECTION("are the usual ones if all pixels are co-visible") {
     const train::Evaluation e =
-        measure_columns(model_of_walls({kWall, kPillar}), {wall_view(0), wall_view(0)}).evaluation;
+        measure_columns(*gpu, model_of_walls({kWall, kPillar}), {wall_view(0), wall_view(0)}).evaluation;
     CHECK(e.views[0].covisible->share == 1);
     CHECK(e.covisible->psnr == e.mean.psnr);
     CHECK(e.covisible->ssim == e.mean.ssim);
@@ -128,7 +131,7 @@ TEST_CASE("metrics over co-visible pixels", "[covisible]") {
   }
   SECTION("are those of the pixels inside the mask otherwise") {
     const train::Evaluation e =
-        measure_columns(model_of_walls({kWall, kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)})
+        measure_columns(*gpu, model_of_walls({kWall, kPillar}), {wall_view(kWallShift), wall_view(0.5 + kWallShift)})
             .evaluation;
     // White photographs, and one colour on the wall and the pillar: differences come from the view direction only.
     CHECK(e.covisible->psnr == Approx(e.mean.psnr).margin(3));
@@ -136,13 +139,13 @@ TEST_CASE("metrics over co-visible pixels", "[covisible]") {
     CHECK(e.covisible->ssim != e.mean.ssim);
   }
   SECTION("are absent if the training views are not known") {
-    const train::Evaluation e = measure_columns(model_of_walls({kWall}), {wall_view(0)}).evaluation;
+    const train::Evaluation e = measure_columns(*gpu, model_of_walls({kWall}), {wall_view(0)}).evaluation;
     CHECK_FALSE(e.covisible);
     CHECK_FALSE(to_json(e).contains("psnr_covisible"));
   }
   SECTION("leave out views with too few co-visible pixels") {
     // Three units to the side, where the wall that the test view shows is out of the picture.
-    const train::Evaluation e = measure_columns(model_of_walls({kWall}), {wall_view(3), wall_view(4)}).evaluation;
+    const train::Evaluation e = measure_columns(*gpu, model_of_walls({kWall}), {wall_view(3), wall_view(4)}).evaluation;
     CHECK(e.covisible->share == 0);
     CHECK(e.covisible->left_out == 1);
     const nlohmann::json json = to_json(e);

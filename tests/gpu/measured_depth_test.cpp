@@ -106,7 +106,7 @@ soup::Model trained(gpu::Device& gpu, const scene::Scene& scene, double lambda_d
 
 }  // namespace
 
-TEST_CASE("measured depths give points where photographs show nothing", "[depth][trainer]") {
+TEST_CASE("measured depths give points where photographs show nothing", "[depth][trainer][same_code]") {
   auto gpu = test::open_device();
   std::vector<scene::View> views = plain_photographs(6);
   CHECK(scene::surface_points(*gpu, views, {}, 500).positions.empty());

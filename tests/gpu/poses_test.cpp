@@ -177,7 +177,7 @@ TEST_CASE("a camera is aligned with the picture that it should have taken", "[po
   test::require_silence(*gpu);
 }
 
-TEST_CASE("poses that are off are found while the soup is learnt", "[poses][trainer]") {
+TEST_CASE("poses that are off are found while the soup is learnt", "[poses][trainer][same_code]") {
   auto gpu = test::open_device();
   const RoomScene room = room_scene(0.5, 0.01);
   train::Trainer without(*gpu, room.scene, room_settings(false), room_triangles()),

@@ -22,11 +22,11 @@ TrianglePicture columns(std::uint32_t count) {
   return picture;
 }
 
-const scene::Camera kLooksAlongX = render::look_at({0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.9, 200, 100);
+const scene::Camera kCameraAlongX = render::look_at({0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.9, 200, 100);
 
-/// A triangle with corners at the pixels of kLooksAlongX, at a depth.
+/// A triangle with corners at the pixels of kCameraAlongX, at a depth.
 void add_triangle(soup::Model& model, const Outline& corners, double depth) {
-  const scene::Camera& c = kLooksAlongX;
+  const scene::Camera& c = kCameraAlongX;
   const glm::dmat4 world = glm::inverse(c.world_to_camera);
   for (const glm::dvec2& p : corners)
     model.vertices.emplace_back(
@@ -80,7 +80,7 @@ TEST_CASE("hidden triangles are selected by their projection", "[screen_selectio
   add_triangle(model, {{120, 20}, {160, 20}, {120, 80}}, 2);
   add_triangle(model, {{20, 20}, {60, 20}, {20, 80}}, -2);  // behind the camera
   const auto under = [&](const glm::dvec2& from, const glm::dvec2& to, double radius, double near = 0.01) {
-    return viewer::all_under(model, kLooksAlongX, near, {from, to, radius});
+    return viewer::all_under(model, kCameraAlongX, near, {from, to, radius});
   };
   CHECK(under({30, 30}, {30, 30}, 1) == Triangles{0, 1});
   CHECK(under({30, 30}, {30, 30}, 1, 2.5) == Triangles{1});
@@ -90,7 +90,7 @@ TEST_CASE("hidden triangles are selected by their projection", "[screen_selectio
   CHECK(under({0, 0}, {199, 0}, 5).empty());
   CHECK(under({140, 0}, {140, 99}, 1) == Triangles{2});
   const auto inside = [&](const Outline& outline, double near = 0.01) {
-    return viewer::all_inside(model, kLooksAlongX, near, outline);
+    return viewer::all_inside(model, kCameraAlongX, near, outline);
   };
   // Centroids at (33.3, 40) and (133.3, 40).
   CHECK(inside({{32, 38}, {35, 38}, {35, 42}, {32, 42}}) == Triangles{0, 1});
@@ -110,6 +110,6 @@ TEST_CASE("a triangle across the camera is selected by its part in front", "[scr
   // A floor below the camera, from behind it to far ahead.
   model.vertices = {{-1, -1, -0.5f}, {-1, 1, -0.5f}, {100, 0, -0.5f}};
   model.textures.push_back({});
-  CHECK(viewer::all_under(model, kLooksAlongX, 0.01, {{100, 90}, {100, 90}, 1}) == Triangles{0});
-  CHECK(viewer::all_under(model, kLooksAlongX, 0.01, {{100, 10}, {100, 10}, 1}).empty());
+  CHECK(viewer::all_under(model, kCameraAlongX, 0.01, {{100, 90}, {100, 90}, 1}) == Triangles{0});
+  CHECK(viewer::all_under(model, kCameraAlongX, 0.01, {{100, 10}, {100, 10}, 1}).empty());
 }
