@@ -42,8 +42,14 @@ ABLATIONS = [
     "pixels at their centres", "no coarse to fine", "opaque", "finest level only", "points for a start",
     "random start", "as published"]
 QUALITIES = {"psnr": "PSNR [dB]", "ssim": "SSIM"}
-# Measures that --measure draws in place of SSIM; more is better. Only records of models have the others.
-MEASURES = {"ssim": "SSIM", "ms_ssim": "MS-SSIM", "flip": "1 - FLIP", "lpips": "1 - LPIPS"}
+# What --measure draws as fields psnr and ssim of a Row: columns and their labels; more is better. Only records of
+# models have columns other than these two.
+MEASURES = {
+    "ssim": {"psnr": "PSNR [dB]", "ssim": "SSIM"},
+    "ms_ssim": {"psnr": "PSNR [dB]", "ms_ssim": "MS-SSIM"},
+    "flip": {"psnr": "PSNR [dB]", "flip": "1 - FLIP"},
+    "lpips": {"psnr": "PSNR [dB]", "lpips": "1 - LPIPS"},
+    "covisible": {"psnr_covisible": "PSNR [dB], co-visible", "ssim_covisible": "SSIM, co-visible"}}
 MIN_SHARE = 0.03  # of a step; kernels below it are drawn together as "others"
 
 plt.rcParams.update({
@@ -160,15 +166,16 @@ def warn(line: str) -> None:
 
 
 def read(path: str, measure: str = "ssim") -> list[Row]:
-    """measure: of MEASURES; Row.ssim holds it."""
+    """measure: of MEASURES; Row.psnr and Row.ssim hold its columns."""
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, strict=True)
             missing = [c for c in NUMBERS + TEXTS if c not in (reader.fieldnames or [])]
             if missing:
                 raise ValueError(f"{path}: has no column '{missing[0]}'; it is not a file of soup-bench run")
-            if measure not in (reader.fieldnames or []):
-                raise ValueError(f"{path}: has no column '{measure}'; measure again with this version")
+            absent = [c for c in MEASURES[measure] if c not in (reader.fieldnames or [])]
+            if absent:
+                raise ValueError(f"{path}: has no column '{absent[0]}'; measure again with this version")
             return [read_row(f"{path}: record {number}", with_measure(record, measure))
                     for number, record in enumerate(reader, 1)]
     except (UnicodeDecodeError, csv.Error) as error:
@@ -176,11 +183,11 @@ def read(path: str, measure: str = "ssim") -> list[Row]:
 
 
 def with_measure(record: dict[str, str], measure: str) -> dict[str, str]:
-    """The record with the measure in column ssim; values that are no numbers stay, for read_row."""
-    text = record.get(measure) or ""
+    """The record with the measure in columns psnr and ssim; values that are no numbers stay, for read_row."""
+    psnr, text = (record.get(column) or "" for column in MEASURES[measure])
     if measure in ("flip", "lpips") and re.fullmatch(r"\d+(\.\d+)?(e-\d+)?", text):
         text = f"{1 - float(text):.6f}"
-    return {**record, "ssim": text}
+    return {**record, "psnr": psnr, "ssim": text}
 
 
 def read_row(where: str, record: dict[str, str]) -> Row:
@@ -891,9 +898,10 @@ def main() -> None:
     parser.add_argument("--time", choices=["cpu", "wall"], default="wall",
                         help="axis of training time: seconds (wall), or CPU seconds of all threads (cpu), which depend "
                              "less on other programs [wall]")
-    parser.add_argument("--measure", choices=list(MEASURES), default="ssim", help="drawn beside PSNR [ssim]")
+    parser.add_argument("--measure", choices=list(MEASURES), default="ssim",
+                        help="drawn beside PSNR; covisible: PSNR and SSIM of co-visible pixels [ssim]")
     arguments = parser.parse_args()
-    QUALITIES["ssim"] = MEASURES[arguments.measure]
+    QUALITIES.update(zip(QUALITIES, MEASURES[arguments.measure].values()))
     try:
         rows = read(arguments.results, arguments.measure)
         revisions = sorted({r.revision for r in rows if r.record in ("evaluation", "model")})
