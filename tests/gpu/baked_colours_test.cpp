@@ -161,7 +161,7 @@ TEST_CASE("PSNR of baked colours", "[baked][each_driver]") {
 }
 
 TEST_CASE("baked colours without enough device memory are those of eight directions, with a warning", "[baked]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const soup::Model model = baked_walls({kTheWall});
   const std::vector<soup::ModelCamera> cameras{{"c", false, baked_camera(kEyeInFront)}};
   gpu->set_ceiling(gpu->allocated_bytes() + 1024);

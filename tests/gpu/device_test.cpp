@@ -11,7 +11,7 @@ using namespace trisoup;
 using Catch::Matchers::Contains;
 
 TEST_CASE("uploads, copies and downloads of any size give the same data, in order", "[device][each_driver]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   // Below and above the inline limit of 64 KiB and the staging buffer of 64 MiB.
   for (const std::size_t count : {1ul, 1000ul, 16384ul, 16385ul, 17ul << 20}) {
     std::vector<std::uint32_t> values(count);
@@ -27,7 +27,7 @@ TEST_CASE("uploads, copies and downloads of any size give the same data, in orde
 }
 
 TEST_CASE("allocated memory is counted and limited by the ceiling", "[device]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const std::uint64_t before = gpu->allocated_bytes();
   {
     const gpu::Buffer a = gpu->allocate(1 << 20, "a");
@@ -46,14 +46,14 @@ TEST_CASE("allocated memory is counted and limited by the ceiling", "[device]") 
 }
 
 TEST_CASE("a copy outside all buffers throws an error", "[device]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const gpu::Buffer a = gpu->allocate(64, "a");
   std::vector<std::uint32_t> out(17);
   CHECK_THROWS_AS(gpu->download(a.address(), std::as_writable_bytes(std::span(out))), Error);
 }
 
 TEST_CASE("errors name a kernel or a device that does not exist", "[device]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   CHECK_THROWS_WITH(gpu->launch({"no_such_kernel"}, 1, std::uint64_t(0)), Contains("no_such_kernel"));
   gpu::DeviceOptions options;
   options.device = "no such device";
@@ -63,7 +63,7 @@ TEST_CASE("errors name a kernel or a device that does not exist", "[device]") {
 }
 
 TEST_CASE("recorded commands run at each replay, after earlier commands", "[device][each_driver]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const gpu::Buffer a = gpu->allocate(16, "a"), b = gpu->allocate(16, "b"), c = gpu->allocate(16, "c");
   gpu->fill(a.address(), 16, 1);
   gpu->fill(b.address(), 16, 2);
@@ -91,7 +91,7 @@ TEST_CASE("recorded commands run at each replay, after earlier commands", "[devi
 
 TEST_CASE("the error of a lost device names the kernel that was running", "[device]") {
   // The first launch of a small scene is sum_textures. Then come project, bin, bin_scan, bin and visibility.
-  auto gpu = test::open_device(4);
+  auto gpu = test::open_own_device(4);
   test::SmallScene s(*gpu, 5, {{0, 0}}, {test::view_from(0, 16, 16)});
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
@@ -99,7 +99,7 @@ TEST_CASE("the error of a lost device names the kernel that was running", "[devi
 }
 
 TEST_CASE("kernels are timed if timings are enabled", "[device]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   test::SmallScene s(*gpu, 5, {{0, 0}}, {test::view_from(0, 64, 64)});
   gpu->enable_timings(true);  // while commands are being recorded
   s.step.begin(1, 0, 0, {});

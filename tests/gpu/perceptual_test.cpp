@@ -46,7 +46,7 @@ struct Pair {
 
 /// The device's measures of a pair.
 struct Device {
-  std::unique_ptr<gpu::Device> gpu = test::open_device();
+  gpu::Device* gpu = test::open_device();
   gpu::Buffer colour, target;
 
   void upload(const Pair& pair) {

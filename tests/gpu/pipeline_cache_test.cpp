@@ -55,10 +55,10 @@ TEST_CASE("a driver gets its own data back, or nothing if the file is damaged", 
 }
 
 TEST_CASE("a device saves its pipelines in a file and replaces damaged files", "[pipeline_cache]") {
-  if (test::open_device()->info().backend != "vulkan") return;
+  if (test::open_own_device()->info().backend != "vulkan") return;
   const test::TemporaryFolder folder;
   const Variable cache("XDG_CACHE_HOME", folder.path().c_str());
-  test::require_silence(*test::open_device());
+  test::require_silence(*test::open_own_device());
   const auto files = files_in(folder / "trisoup");
   REQUIRE(files.size() == 1);
   CHECK(files[0].extension() == ".pipelines");
@@ -67,13 +67,13 @@ TEST_CASE("a device saves its pipelines in a file and replaces damaged files", "
   for (const std::string& damaged :
        {std::string(), whole.substr(0, whole.size() - 1), std::string(whole.size(), 'x')}) {
     std::ofstream(files[0], std::ios::binary) << damaged;
-    test::require_silence(*test::open_device());
+    test::require_silence(*test::open_own_device());
     CHECK(files_in(folder / "trisoup") == files);
     CHECK(gpu::unseal_cache(bytes_of(test::content_of(files[0]))).has_value());
   }
   // A cache that cannot be written causes no error.
   std::filesystem::remove_all(folder / "trisoup");
   folder.file("trisoup", "a file");
-  test::require_silence(*test::open_device());
+  test::require_silence(*test::open_own_device());
   CHECK(test::content_of(folder / "trisoup") == "a file");
 }

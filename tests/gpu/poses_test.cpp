@@ -254,7 +254,7 @@ TEST_CASE("a resumed training with corrections gives the same bits", "[poses][tr
 TEST_CASE("several ranks correct poses as one does", "[poses][ranks][repeats]") {
   const RoomScene room = room_scene(0.5, 0.01);
   const auto values = [&](ranks::Ranks* ranks) {
-    auto gpu = test::open_device();
+    auto gpu = test::open_own_device();
     train::Trainer trainer(*gpu, room.scene, room_settings(true, 12), room_triangles(), ranks);
     trainer.run({});
     return trainer.poses()->values();

@@ -145,13 +145,13 @@ TEST_CASE("consecutive images without waiting do not affect each other", "[rende
 }
 
 TEST_CASE("the faster way to shade is measured once with a large image and stored in a file", "[renderer][shading]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const test::TemporaryFolder folder;
   const test::Variable cache("XDG_CACHE_HOME", folder.path().c_str()), asked("TRISOUP_SHADING", nullptr);
   const std::filesystem::path kept = folder / "trisoup";
   const soup::Model model = soup_of(*gpu, render::kLeastTriangles), small = soup_of(*gpu, render::kLeastTriangles - 1);
   // Small images, small models and an explicit choice of the caller cause no measurement.
-  gpu = test::open_device();
+  gpu = test::open_own_device();
   {
     const render::GpuModel drawn = render::upload_model(*gpu, model), few = render::upload_model(*gpu, small);
     CHECK(shaded(*gpu, drawn, camera_at(0.3, 640, 360)) == Shading::fragment);
@@ -176,14 +176,14 @@ TEST_CASE("the faster way to shade is measured once with a large image and store
   const auto file = choices_in(kept).at(0);
   for (const Shading said : {Shading::compute, Shading::fragment}) {
     std::ofstream(file, std::ios::binary) << render::to_string(said) << '\n';
-    gpu = test::open_device();
+    gpu = test::open_own_device();
     CHECK(shaded(*gpu, render::upload_model(*gpu, small), camera_at(0.3, 64, 36)) == said);
     test::require_silence(*gpu);
   }
   // A damaged file is ignored, and replaced by the next measurement.
   for (const std::string& damaged : {std::string("comput\n"), std::string("auto\n"), std::string(100, '\n')}) {
     std::ofstream(file, std::ios::binary) << damaged;
-    gpu = test::open_device();
+    gpu = test::open_own_device();
     CAPTURE(damaged);
     const render::GpuModel drawn = render::upload_model(*gpu, model);
     CHECK(shaded(*gpu, drawn, camera_at(0.3, 64, 36)) == Shading::fragment);
@@ -195,12 +195,12 @@ TEST_CASE("the faster way to shade is measured once with a large image and store
 }
 
 TEST_CASE("without a writable file, shading is measured once per device", "[renderer][shading]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const test::TemporaryFolder folder;
   const test::Variable cache("XDG_CACHE_HOME", folder.path().c_str()), asked("TRISOUP_SHADING", nullptr);
   const soup::Model model = soup_of(*gpu, render::kLeastTriangles);
   folder.file("trisoup", "a file");
-  gpu = test::open_device();
+  gpu = test::open_own_device();
   const render::GpuModel drawn = render::upload_model(*gpu, model);
   const Shading first = shaded(*gpu, drawn, kLarge);
   CHECK(gpu::graphics_of(*gpu).recall("shade_fixed") == render::to_string(first));
@@ -211,7 +211,7 @@ TEST_CASE("without a writable file, shading is measured once per device", "[rend
 }
 
 TEST_CASE("TRISOUP_SHADING sets the choice and accepts three words", "[renderer][shading]") {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   const render::GpuModel drawn = render::upload_model(*gpu, soup_of(*gpu, 5), render::MlpUse::read);
   test::Variable asked("TRISOUP_SHADING", "compute");
   CHECK(shaded(*gpu, drawn, camera_at(0.3, 64, 36)) == Shading::compute);

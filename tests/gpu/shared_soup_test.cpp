@@ -35,7 +35,7 @@ void make_ties(test::SmallScene& scene) {
 /// Returns all parameters and moments after `steps` steps with one rank.
 std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevels> levels, std::uint32_t steps,
                          bool ties = false) {
-  auto gpu = test::open_device();
+  auto gpu = test::open_own_device();
   test::SmallScene scene(*gpu, triangles, std::move(levels), views());
   if (ties) make_ties(scene);
   for (std::uint32_t i = 0; i < steps; ++i) scene.train(i, test::SmallScene::rates(i));
@@ -77,7 +77,7 @@ TEST_CASE("one rank and several ranks give the same bits", "[ranks][repeats]") {
     std::vector<std::vector<float>> states(static_cast<std::size_t>(size));
     std::vector<std::uint64_t> bytes(static_cast<std::size_t>(size));
     const auto thrown = test::run_as_ranks(size, [&](ranks::Ranks& ranks) {
-      auto gpu = test::open_device();
+      auto gpu = test::open_own_device();
       test::SmallScene scene(*gpu, triangles, levels, views(), 1, &ranks);
       if (ties) make_ties(scene);
       for (std::uint32_t i = 0; i < kSteps; ++i) {
@@ -119,7 +119,7 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
     }
   };
   const auto find = [&](ranks::Ranks* ranks) {
-    auto gpu = test::open_device();
+    auto gpu = test::open_own_device();
     const train::Photographs photographs = train::upload_photographs(*gpu, images);
     std::vector<train::BatchView> with_photographs = seen;
     for (std::uint32_t v = 0; v < seen.size(); ++v)
@@ -159,7 +159,7 @@ TEST_CASE("if lists do not fit on one rank, no rank completes the step", "[ranks
   std::vector<int> again(3);
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     const auto self = static_cast<std::size_t>(ranks.rank());
-    auto gpu = test::open_device();
+    auto gpu = test::open_own_device();
     test::SmallScene scene(*gpu, kTriangles, {{2, 4}}, views(), 1, &ranks);
     if (self == 1) {
       scene.buffers.lists = {};
@@ -185,7 +185,7 @@ TEST_CASE("if lists do not fit on one rank, no rank completes the step", "[ranks
 
 TEST_CASE("different results on the devices of ranks are detected", "[ranks][repeats]") {
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
-    auto gpu = test::open_device();
+    auto gpu = test::open_own_device();
     test::SmallScene scene(*gpu, 20, {{2, 3}}, views(), 1, &ranks);
     if (ranks.rank() == 2) {
       const float off = 1e-7f;

@@ -34,7 +34,15 @@ inline gpu::DeviceOptions device_options() {
   return options;
 }
 
-inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
+/// The device under test. All tests of a process share it, because some drivers compile each kernel anew on each device.
+inline gpu::Device* open_device() {
+  static const std::unique_ptr<gpu::Device> device = gpu::open_device(device_options());
+  return device.get();
+}
+
+/// A device of its own: for each thread of a test that has several, and for tests that change the state of a device. It
+/// is lost after so many launches; 0: never.
+inline std::unique_ptr<gpu::Device> open_own_device(std::uint64_t lose_after = 0) {
   gpu::DeviceOptions options = device_options();
   options.lose_after_launches = lose_after;
   return gpu::open_device(options);

@@ -196,7 +196,7 @@ TEST_CASE("all buffers of a step before the optimiser match those of the CPU bac
   const std::vector<train::BatchView> views{test::view_from(0, 96, 80), test::view_from(2, 64, 75)};
   using Named = std::vector<std::pair<const char*, std::vector<double>>>;
   std::vector<Named> buffers;
-  for (gpu::Device* device : {gpu.get(), cpu.get()}) {
+  for (gpu::Device* device : {gpu, cpu.get()}) {
     SmallScene s(*device, 60, kFine, views);
     s.buffers.reserve_lists(1 << 16);
     s.step.begin(7, 0, 0, SmallScene::rates(0));

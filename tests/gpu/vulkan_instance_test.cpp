@@ -74,7 +74,7 @@ TEST_CASE("a validation message reaches only the device that caused it", "[insta
   const gpu::DeviceOptions options = test::device_options();
   if (options.backend != "vulkan" || !options.validation) return;
   {
-    const auto first = test::open_device(), second = test::open_device();
+    const auto first = test::open_own_device(), second = test::open_own_device();
     make_a_mistake(*second);
     CHECK(first->validation_messages().empty());
     CHECK(second->validation_messages().size() == 1);
@@ -82,7 +82,7 @@ TEST_CASE("a validation message reaches only the device that caused it", "[insta
   // Later devices reuse the same instances. They start without messages, and the layer reports known messages again.
   const std::size_t before = gpu::vulkan_instances_made();
   for (int i = 0; i < 20; ++i) {
-    const auto gpu = test::open_device();
+    const auto gpu = test::open_own_device();
     CHECK(gpu->validation_messages().empty());
     make_a_mistake(*gpu);
     CHECK(gpu->validation_messages().size() == 1);

@@ -96,7 +96,7 @@ TEST_CASE("a lost device", "[failures]") {
   const train::Settings settings = settings_of(train::Recipe::synthetic);
   Run whole;
   {
-    auto gpu = open_device();
+    auto gpu = open_own_device();
     whole = run(*gpu, settings, TemporaryFolder());
     REQUIRE(whole.failure.empty());
   }
@@ -106,7 +106,7 @@ TEST_CASE("a lost device", "[failures]") {
     INFO("launch " << launch);
     const TemporaryFolder folder;
     {
-      auto gpu = open_device(launch);
+      auto gpu = open_own_device(launch);
       const Run cut = run(*gpu, settings, folder);
       if (cut.failure.empty()) break;
       CHECK_THAT(cut.failure, Catch::Matchers::Contains("the device was lost while running kernel '"));
@@ -114,7 +114,7 @@ TEST_CASE("a lost device", "[failures]") {
       after_checkpoint = after_checkpoint || cut.checkpoint > 0;
       CHECK(std::filesystem::exists(folder / "checkpoint") == (cut.checkpoint > 0));
     }
-    auto gpu = open_device();
+    auto gpu = open_own_device();
     CHECK(run(*gpu, settings, folder).state == whole.state);
   }
   CHECK(after_checkpoint);
