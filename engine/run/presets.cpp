@@ -60,6 +60,8 @@ void start_from_surface(Settings& s, const scene::Scene& scene) {
   s.far = std::max(s.far, 3.3 * reach.farthest);
   if (s.published) return;
   set_defaults(s, Column::surface);
+  // Its triangles are where they belong, so a few refinements do (docs/decisions.md).
+  s.refine_every = std::max(s.refine_every, s.steps / 10);
   s.backdrop = 3.0 * reach.farthest;
   s.near = s.test_near = reach.nearest;
   if (has_large_photographs(scene)) s.small_share = 0.75;

@@ -151,7 +151,7 @@ TEST_CASE("masked pixels, unmeasured ones and a weight of 0 give no depth gradie
   CHECK(sum(DepthScene(*gpu, {}, false).gradients(0), 0, 18) == 0);
 }
 
-TEST_CASE("a training with the depth loss moves surfaces to the measured depth", "[depth]") {
+TEST_CASE("a training with the depth loss moves surfaces to the measured depth", "[depth][same_code]") {
   auto gpu = test::open_device();
   DepthScene s(*gpu, {}, false);
   const auto error = [&] {

@@ -34,7 +34,8 @@ inline gpu::DeviceOptions device_options() {
   return options;
 }
 
-/// The device under test. All tests of a process share it, because some drivers compile each kernel anew on each device.
+/// The device under test. All tests of a process share it, because some drivers compile each kernel anew on each
+/// device.
 inline gpu::Device* open_device() {
   static const std::unique_ptr<gpu::Device> device = gpu::open_device(device_options());
   return device.get();

@@ -58,7 +58,7 @@ TEST_CASE("stereo of three photographs finds the depth of slanted planes", "[ste
   test::require_silence(*gpu);
 }
 
-TEST_CASE("stereo finds the depth of slanted planes", "[stereo][trainer]") {
+TEST_CASE("stereo finds the depth of slanted planes", "[stereo][trainer][same_code]") {
   const std::vector<scene::DepthMap>& maps = maps_of_six();
   REQUIRE(maps.size() == 6);
   for (const scene::DepthMap& map : maps) CHECK(map.neighbours.size() >= 3);

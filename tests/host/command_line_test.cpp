@@ -45,6 +45,18 @@ double way(const train::Settings& s) {
   return sum;
 }
 
+/// Settings of a real scene of 50 photographs.
+train::Settings settings_of_room(const std::vector<std::string>& set, const char* preset = "fast", bool points = true) {
+  scene::Scene scene;
+  scene.synthetic = false;
+  scene.train.resize(50);
+  for (int i = 0; points && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
+  train::SettingsRequest request;
+  request.preset = preset;
+  for (const std::string& text : set) request.assignments.push_back(train::read_assignment(text));
+  return train::make_settings(request, scene);
+}
+
 }  // namespace
 
 TEST_CASE("from a surface most steps look at smaller pictures where most photographs are large", "[command_line]") {
@@ -91,30 +103,32 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
 }
 
 TEST_CASE("the scene decides on the triangles of a surface unless somebody does", "[command_line]") {
-  const auto settings = [](std::vector<std::string> set, const char* preset = "fast", bool points = true) {
-    scene::Scene scene;
-    scene.synthetic = false;
-    scene.train.resize(50);
-    for (int i = 0; points && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
-    train::SettingsRequest request;
-    request.preset = preset;
-    for (const std::string& text : set) request.assignments.push_back(train::read_assignment(text));
-    return train::make_settings(request, scene);
-  };
-  const train::Settings free = settings({});
+  const train::Settings free = settings_of_room({});
   CHECK((free.triangles == 8000 && free.least_shift == 0.05));
   CHECK((free.init_count == 8000 && free.most_triangles == 8000));
-  CHECK(settings({}, "best").triangles == 60'000);
-  const train::Settings given = settings({"triangles=3000"});
+  CHECK(settings_of_room({}, "best").triangles == 60'000);
+  const train::Settings given = settings_of_room({"triangles=3000"});
   CHECK((given.triangles == 3000 && given.least_shift == 0));
-  const train::Settings ceiling = settings({"triangles=3000", "least_shift=0.02"});
+  const train::Settings ceiling = settings_of_room({"triangles=3000", "least_shift=0.02"});
   CHECK((ceiling.triangles == 3000 && ceiling.least_shift == 0.02));
-  const train::Settings usual = settings({"least_shift=0"});
+  const train::Settings usual = settings_of_room({"least_shift=0"});
   CHECK((usual.triangles == 2000 && usual.most_triangles == 2000));
-  CHECK(settings({"init=random", "least_shift=1"}).triangles == 2000);
-  for (const train::Settings& s : {settings({"init=random"}), settings({}, "fast", false)})
+  CHECK(settings_of_room({"init=random", "least_shift=1"}).triangles == 2000);
+  for (const train::Settings& s : {settings_of_room({"init=random"}), settings_of_room({}, "fast", false)})
     CHECK((s.triangles == 2000 && s.least_shift == 0));
-  CHECK((settings({}, "published").triangles == 15'000 && settings({}, "published").least_shift == 0));
+  CHECK((settings_of_room({}, "published").triangles == 15'000 && settings_of_room({}, "published").least_shift == 0));
+}
+
+TEST_CASE("a surface is refined five times at most, random triangles more often", "[command_line]") {
+  const auto refinements = [](const train::Settings& s) {
+    int count = 0;
+    for (std::uint64_t step = 0; step <= s.steps; ++step) count += train::is_refinement(s, step);
+    return count;
+  };
+  for (const char* steps : {"steps=1000", "steps=3000", "steps=10000"})
+    CHECK(refinements(settings_of_room({steps, "knee=0"})) == 5);
+  CHECK(refinements(settings_of_room({"steps=400", "knee=0"})) == 2);
+  CHECK(refinements(settings_of_room({"steps=3000", "knee=0", "init=random"})) == 28);
 }
 
 TEST_CASE("poses of real scenes are corrected unless points fit well", "[command_line][poses]") {

@@ -133,7 +133,7 @@ TEST_CASE("npz: a truncated archive is an Error", "[npz]") {
   CHECK_THROWS_AS(test::load_npz(claims), Error);
 }
 
-TEST_CASE("npz: the golden vectors are readable", "[npz][golden]") {
+TEST_CASE("npz: the golden vectors are readable", "[npz][golden][same_code]") {
   REQUIRE_SHARED_FOLDER(shared);
   for (const auto& entry : std::filesystem::directory_iterator(shared / "golden"))
     if (entry.path().extension() == ".npz")

@@ -142,7 +142,7 @@ TEST_CASE("initial triangles equal the published ones", "[initialise][golden]") 
   CHECK(worst <= 1e-5f);
 }
 
-TEST_CASE("farthest points equal their definition", "[initialise]") {
+TEST_CASE("farthest points equal their definition", "[initialise][same_code]") {
   for (const std::size_t n : {1u, 2u, 127u, 128u, 129u, 3000u}) {
     const std::vector<glm::vec3> points = random_points(n, n);
     for (const std::size_t count : {1u, 2u, 100u, 5000u}) {

@@ -24,7 +24,7 @@ double mean_distance(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("lego at 800 pixels, reduced by 4, equals lego at 200", "[scene][shared]") {
+TEST_CASE("lego at 800 pixels, reduced by 4, equals lego at 200", "[scene][shared][same_code]") {
   REQUIRE_SHARED_FOLDER(shared);
   LoadOptions options;
   options.train_images = false;
@@ -68,7 +68,7 @@ TEST_CASE("fox: phone photographs, undistorted", "[scene][shared][same_code]") {
 }
 
 // Compares projected points with the observations of COLMAP. The root mean square distance is its reprojection error.
-TEST_CASE("bonsai: points project to where COLMAP observed them", "[scene][shared]") {
+TEST_CASE("bonsai: points project to where COLMAP observed them", "[scene][shared][same_code]") {
   REQUIRE_SHARED_FOLDER(shared);
   LoadOptions options;
   options.train_images = false;

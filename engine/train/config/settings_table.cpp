@@ -149,7 +149,7 @@ constexpr Setting kTable[] = {
      {.usual = false}},
 
     {"Refinement", "refine_every", &S::refine_every, experiment, kAny, "steps between refinements; 0: none",
-     {.note = "1 % of the steps, at least 100"}},
+     {.note = "1 % of the steps, from a surface 10 %; at least 100"}},
     {"Refinement", "refine_until", &S::refine_until, experiment, kShare,
      "share of the steps after which refinement ends",
      {.usual = 0.95, .surface = 0.5}},
