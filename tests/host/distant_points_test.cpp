@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -82,4 +83,51 @@ TEST_CASE("a narrow baseline vouches for what is far, compared with all cameras"
       scene::camera_cloud(flat_maps(std::vector<glm::dvec3>{{-0.1, 0, 0}, {0, 0, 0}, {0.1, 0, 0}, {0, 2, 0}}, 1, 1));
   CHECK(cameras.centre.y == Approx(0.5));
   CHECK(cameras.radius == Approx(1.5));
+}
+
+TEST_CASE("planes that are less sure only fill what sure ones leave open", "[stereo]") {
+  // The maps of three cameras differ by 1 %, so that a point tells which map it is from: one surface to fusion.
+  const std::vector<glm::dvec3> eyes{{-0.2, 0, 0}, {0, 0, 0}, {0.2, 0, 0}};
+  std::vector<scene::DepthMap> maps = flat_maps(eyes, 1, 1);
+  for (std::size_t v = 0; v < maps.size(); ++v)
+    for (glm::vec4& plane : maps[v].planes) plane.x = 1.0f + 0.01f * static_cast<float>(v);
+  const auto from = [&](std::size_t v) {
+    std::size_t count = 0;
+    for (const glm::vec3& p : scene::dense_points(maps).positions)
+      count += std::abs(1 / p.z - 1.0 - 0.01 * static_cast<double>(v)) < 1e-3;
+    return count;
+  };
+  SECTION("the first map comes first among equals") { CHECK((from(0) > 5000 && from(2) < 3000)); }
+  SECTION("a plane that one neighbour has too comes later") {
+    maps[0].agreeing.assign(maps[0].planes.size(), 1u), maps[1].agreeing = maps[0].agreeing;
+    CHECK((from(0) > 100 && from(0) < 5000 && from(2) > 5000));
+  }
+  SECTION("a plane that matches worse comes later") {
+    for (std::size_t v = 0; v < 2; ++v)
+      for (glm::vec4& plane : maps[v].planes) plane.w = 0.5f;
+    CHECK((from(0) > 100 && from(0) < 5000 && from(2) > 5000));
+  }
+  SECTION("a plane that matches too badly counts for nothing") {
+    for (scene::DepthMap& map : maps)
+      for (glm::vec4& plane : map.planes) plane.w = 0.7f;
+    CHECK(scene::dense_points(maps).positions.empty());
+  }
+}
+
+TEST_CASE("sightings by views that match badly count only where few match well", "[stereo]") {
+  std::vector<glm::dvec3> eyes;
+  for (int v = 0; v < 6; ++v) eyes.emplace_back(0.1 * v, 0, 0);
+  const auto most_sightings = [&](std::size_t matching_well) {
+    std::vector<scene::DepthMap> maps = flat_maps(eyes, 1, 1);
+    for (std::size_t v = matching_well; v < maps.size(); ++v)
+      for (glm::vec4& plane : maps[v].planes) plane.w = 0.5f;
+    const scene::Points points = scene::dense_points(maps);
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < points.positions.size(); ++i)  // in the middle, which all cameras show
+      if (std::abs(points.positions[i].x - 0.25f) < 0.5f) most = std::max(most, points.seen_by[i].size());
+    return most;
+  };
+  CHECK(most_sightings(3) == 6);
+  CHECK(most_sightings(4) == 4);
+  CHECK(most_sightings(5) == 5);
 }

@@ -18,8 +18,11 @@ constexpr double kFewSteps = 8;
 constexpr double kLeastParallax = 2, kLeastFarParallax = 1;
 /// Distance of what is far, as a multiple of CameraCloud::radius. It may be off by much and hides nothing near.
 constexpr double kFar = 2;
-/// Neighbours that must have a point too; one is enough where no more than kFewShow show its place.
-constexpr int kAgreeing = 2, kFewShow = 2;
+/// A plane is sure if so many neighbours have it too and its cost is at most this.
+constexpr int kAgreeing = 2;
+constexpr float kSurePlaneCost = 0.4f;
+/// Of a point with so many sightings by views that match well, sightings by others do not count.
+constexpr std::size_t kEnoughSightings = 4;
 constexpr std::size_t kLeastSightings = 3;  // of a point that was not found here
 
 enum class Verdict { unknown, same, nearer, farther };  // the plane than the position
@@ -50,23 +53,22 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   return result;
 }
 
-/// Whether enough neighbours agree with a pixel: two, or one where few show its place; and whether one of them tells
-/// its depth, or at least that it is beyond `far` (distance).
-bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, double far, std::size_t pixel,
-                 const glm::dvec3& position) {
-  const std::uint32_t agreeing = map.agreeing[pixel];
-  const bool alone = std::popcount(agreeing) < kAgreeing;
-  int showing = 0;
+/// Whether one of the neighbours that agree with a pixel tells its depth, or at least that it is beyond `far`
+/// (distance).
+bool depth_is_told(std::span<const DepthMap> maps, const DepthMap& map, double far, std::size_t pixel,
+                   const glm::dvec3& position) {
   double moved = 0;
-  for (std::size_t k = 0; k < map.neighbours.size(); ++k) {
-    const Camera& other = maps[map.neighbours[k]].camera;
-    if (alone && shown_at(other, position) && ++showing > kFewShow) return false;
-    if ((agreeing >> k) & 1) moved = std::max(moved, parallax(other, map.camera.centre(), position));
-  }
+  for (std::size_t k = 0; k < map.neighbours.size(); ++k)
+    if ((map.agreeing[pixel] >> k) & 1)
+      moved = std::max(moved, parallax(maps[map.neighbours[k]].camera, map.camera.centre(), position));
   if (moved >= kLeastParallax) return true;
   if (moved < kLeastFarParallax) return false;
   // With a pixel more of parallax it would be this much nearer.
   return glm::distance(map.camera.centre(), position) / (1.0 + 1.0 / moved) >= far;
+}
+
+bool is_sure(const DepthMap& map, std::size_t pixel) {
+  return std::popcount(map.agreeing[pixel]) >= kAgreeing && map.planes[pixel].w <= kSurePlaneCost;
 }
 
 glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, int y, double inverse_depth) {
@@ -75,44 +77,64 @@ glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, i
   return glm::dvec3(to_world * glm::dvec4(z * (x + 0.5 - c.cx) / c.fx, z * (y + 0.5 - c.cy) / c.fy, z, 1.0));
 }
 
+/// Collects the points of dense_points().
+class Fusion {
+ public:
+  explicit Fusion(std::span<const DepthMap> maps) : maps_(maps), far_(kFar * camera_cloud(maps).radius) {
+    for (const DepthMap& map : maps) claimed_.emplace_back(map.planes.size());
+  }
+
+  /// Adds points of the planes that are sure, or of those that are not, where no surface has a point yet.
+  void add_planes(bool sure) {
+    for (std::uint32_t v = 0; v < maps_.size(); ++v) {
+      const DepthMap& map = maps_[v];
+      if (map.planes.empty()) continue;
+      const glm::dmat4 to_world = glm::inverse(map.camera.world_to_camera);
+      std::size_t pixel = 0;
+      for (int y = 0; y < map.camera.height; ++y)
+        for (int x = 0; x < map.camera.width; ++x, ++pixel) {
+          const double w = map.planes[pixel].x;
+          if (claimed_[v][pixel] || map.agreeing[pixel] == 0 || !(w > 0) || is_sure(map, pixel) != sure) continue;
+          const glm::dvec3 position = position_of(map, to_world, x, y, w);
+          const bool measured = map.agreeing[pixel] == kMeasured;
+          if (measured || depth_is_told(maps_, map, far_, pixel, position)) add(v, measured, position);
+        }
+    }
+  }
+
+  Points take() { return std::move(points_); }
+
+ private:
+  void add(std::uint32_t v, bool measured, const glm::dvec3& position) {
+    std::vector<std::uint32_t> seen_by, seen_well;
+    bool seen_through = false;
+    for (std::uint32_t other = 0; other < maps_.size(); ++other) {
+      const auto there = sighting(maps_[other], position);
+      seen_through = seen_through || (there && there->verdict == Verdict::farther);
+      if (!there || !(there->verdict == Verdict::same || other == v)) continue;
+      claimed_[other][there->pixel] = true;
+      seen_by.push_back(other);
+      if (maps_[other].planes[there->pixel].w <= kSurePlaneCost) seen_well.push_back(other);
+    }
+    if (seen_by.size() < 2 && (!measured || seen_through)) return;
+    if (seen_well.size() >= kEnoughSightings) seen_by = std::move(seen_well);
+    points_.positions.emplace_back(position);
+    points_.seen_by.push_back(std::move(seen_by));
+    points_.measured.push_back(measured);
+  }
+
+  std::span<const DepthMap> maps_;
+  double far_;
+  std::vector<std::vector<bool>> claimed_;  // [view][pixel]: its surface has a point
+  Points points_;
+};
+
 }  // namespace
 
 Points dense_points(std::span<const DepthMap> maps) {
-  const double far = kFar * camera_cloud(maps).radius;
-  Points points;
-  std::vector<std::vector<bool>> claimed(maps.size());
-  for (std::size_t v = 0; v < maps.size(); ++v) claimed[v].resize(maps[v].planes.size());
-  const auto add = [&](std::uint32_t v, bool measured, const glm::dvec3& position) {
-    std::vector<std::uint32_t> seen_by;
-    bool seen_through = false;
-    for (std::uint32_t other = 0; other < maps.size(); ++other) {
-      const auto there = sighting(maps[other], position);
-      seen_through = seen_through || (there && there->verdict == Verdict::farther);
-      if (!there || !(there->verdict == Verdict::same || other == v)) continue;
-      claimed[other][there->pixel] = true;
-      seen_by.push_back(other);
-    }
-    if (seen_by.size() < 2 && (!measured || seen_through)) return;
-    points.positions.emplace_back(position);
-    points.seen_by.push_back(std::move(seen_by));
-    points.measured.push_back(measured);
-  };
-  for (std::uint32_t v = 0; v < maps.size(); ++v) {
-    const DepthMap& map = maps[v];
-    if (map.planes.empty()) continue;
-    const glm::dmat4 to_world = glm::inverse(map.camera.world_to_camera);
-    for (int y = 0; y < map.camera.height; ++y)
-      for (int x = 0; x < map.camera.width; ++x) {
-        const auto pixel =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(map.camera.width) + static_cast<std::size_t>(x);
-        const double w = map.planes[pixel].x;
-        if (claimed[v][pixel] || map.agreeing[pixel] == 0 || !(w > 0)) continue;
-        const glm::dvec3 position = position_of(map, to_world, x, y, w);
-        const bool measured = map.agreeing[pixel] == kMeasured;
-        if (measured || vouched_for(maps, map, far, pixel, position)) add(v, measured, position);
-      }
-  }
-  return points;
+  Fusion fusion(maps);
+  for (const bool sure : {true, false}) fusion.add_planes(sure);
+  return fusion.take();
 }
 
 Points checked_sightings(const Points& points, std::span<const DepthMap> maps) {

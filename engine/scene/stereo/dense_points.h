@@ -7,10 +7,10 @@
 
 namespace trisoup::scene {
 
-/// Points where the depth maps of three views agree, or of two where hardly more show the place, with all views whose
-/// maps agree. A pixel whose surface an earlier view has given a point is passed over, so surfaces have about one point
-/// per pixel of the view that comes first. A measured depth needs no other view, unless one looks through its point.
-/// colours and errors are empty.
+/// Points where the depth maps of two views agree, with all views whose maps agree; if four of these match well, with
+/// those that match well. A pixel whose surface has a point already is passed over, so surfaces have about one point
+/// per pixel. Planes that match well and on which three views agree come first; others only fill what these leave open.
+/// A measured depth needs no other view, unless one looks through its point. colours and errors are empty.
 Points dense_points(std::span<const DepthMap> maps);
 
 /// Adds to the sightings of each point the views whose depth maps have a surface there, and removes those whose maps

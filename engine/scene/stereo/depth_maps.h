@@ -32,7 +32,7 @@ struct DepthMapOptions {
 inline constexpr std::uint32_t kMeasured = ~0u;
 
 /// Largest cost of a plane that counts.
-inline constexpr float kLargestPlaneCost = 0.4f;
+inline constexpr float kLargestPlaneCost = 0.6f;
 
 /// Finds depths by PatchMatch (Galliani, Lasinger, Schindler, "Massively parallel multiview stereopsis by surface
 /// normal diffusion", ICCV 2015), at a quarter, half and the whole of the size, with the neighbours' planes as a
