@@ -51,6 +51,7 @@ FN void update(TAKES_ARGUMENTS uint vertex, float factor) {
   float v = a.moment2.v[vertex];
   const vec3 before = p;
   factor *= distance_factor(GIVES_ARGUMENTS p);
+  if (a.still_beyond > 0.0f && dot(p, p) > a.still_beyond * a.still_beyond) factor = 0.0f;
   p -= vector_adam(gradient, factor * a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
   if (!usable(p, kLargestCoordinate) || !usable(m, 1e30f) || !usable(v, 1e30f)) {
     // A valid vertex keeps its position. A non-finite vertex is skipped by all renderers until the host collapses its

@@ -17,6 +17,7 @@
 #include "train/quality/image_sums.h"
 #include "train/step/fixed_sum.h"
 #include "train/step/forward_pass.h"
+#include "train/topology/unseen_textures.h"
 
 namespace trisoup::train {
 namespace {
@@ -138,6 +139,7 @@ StepInputs Trainer::step_inputs() const {
   inputs.opaque = settings_.opaque;
   inputs.full_side = static_cast<float>(settings_.lr_vertex_side);
   inputs.full_distance = static_cast<float>(settings_.lr_vertex_distance);
+  inputs.still_beyond = static_cast<float>(kBackdropShare * settings_.backdrop);
   inputs.eyes = eyes_ ? eyes_.address() : 0;
   inputs.eye_count = eyes_ ? static_cast<std::uint32_t>(scene_.train.size()) : 0;
   inputs.depths = views_->has_depths();
@@ -352,6 +354,10 @@ void Trainer::run(const Callbacks& callbacks) {
         uncovered_ = share_uncovered();
     }
     if (step_ > before) correct_poses(), change_topology();
+    if (step_ > before && finished() && starts_from_surface(settings_)) {
+      const PartTimes::Scope scope(*times_, Part::topology);
+      fill_unseen(gpu_, soup_, buffers_, views_->full());
+    }
     gpu_.wait();
     const double elapsed = watch.seconds();
     seconds_ += elapsed;

@@ -21,6 +21,8 @@ struct UpdateVerticesArgs {
   float full_side;      // triangles smaller than this have learning rates in proportion to their side; 0: none has
   uint eye_count;       // 0: the learning rate does not depend on the distance
   float full_distance;  // vertices nearer than this to an eye have learning rates in proportion to their distance
+  float still_beyond;   // vertices farther than this from the origin stay where they are; 0: none
+  uint pad;
 };
 
 #ifndef GL_core_profile

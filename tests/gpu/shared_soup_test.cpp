@@ -10,6 +10,7 @@
 #include "train/topology/hole_guard.h"
 #include "train/topology/importance.h"
 #include "train/topology/refine.h"
+#include "train/topology/unseen_textures.h"
 
 using namespace trisoup;
 
@@ -111,11 +112,11 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
   struct Found {
     train::Importance importance;
     std::vector<std::uint32_t> kept;
-    std::vector<float> painted;
+    std::vector<float> painted, filled;
     bool operator==(const Found& o) const {
       return importance.error == o.importance.error && importance.pixels == o.importance.pixels &&
              importance.triangle == o.importance.triangle && importance.finest == o.importance.finest &&
-             importance.behind == o.importance.behind && kept == o.kept && painted == o.painted;
+             importance.behind == o.importance.behind && kept == o.kept && painted == o.painted && filled == o.filled;
     }
   };
   const auto find = [&](ranks::Ranks* ranks) {
@@ -138,6 +139,8 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
     settings.level_max = 4;
     train::paint(*gpu, coarse.soup, coarse.buffers, {with_photographs, with_photographs}, settings);
     found.painted = coarse.state();
+    train::fill_unseen(*gpu, fine.soup, fine.buffers, with_photographs);
+    found.filled = fine.state();
     return found;
   };
   const Found expected = find(nullptr);

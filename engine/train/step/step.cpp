@@ -308,12 +308,12 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
 
 void Step::update(const StepInputs& inputs) {
   update_textures(true, inputs);
-  gpu_.launch(
-      {"update_vertices", {inputs.probes.vertex_gradient != 0}}, groups_of(soup_.triangles),
-      UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(), soup_.vertex_moment2.address(),
-                         soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(),
-                         buffers_.state.address(), buffers_.control.address(), inputs.probes.vertex_gradient,
-                         inputs.eyes, soup_.triangles, inputs.full_side, inputs.eye_count, inputs.full_distance});
+  gpu_.launch({"update_vertices", {inputs.probes.vertex_gradient != 0}}, groups_of(soup_.triangles),
+              UpdateVerticesArgs{
+                  soup_.vertices.address(), soup_.vertex_moment1.address(), soup_.vertex_moment2.address(),
+                  soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), buffers_.state.address(),
+                  buffers_.control.address(), inputs.probes.vertex_gradient, inputs.eyes, soup_.triangles,
+                  inputs.full_side, inputs.eye_count, inputs.full_distance, inputs.still_beyond, 0});
   gpu_.launch({"update_mlp", {inputs.probes.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
                             buffers_.mlp_partial.address(), buffers_.state.address(), buffers_.control.address(),

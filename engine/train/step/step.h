@@ -49,6 +49,7 @@ struct StepInputs {
   bool opaque = false;                   // Settings::opaque: opacity is fixed to 1
   float full_side = 0;                   // Settings::lr_vertex_side
   float full_distance = 0;               // Settings::lr_vertex_distance
+  float still_beyond = 0;                // vertices farther from the origin do not move; 0: none
   gpu::Address eyes = 0;                 // [eye_count][3] positions of the training cameras
   std::uint32_t eye_count = 0;           // 0: learning rates of vertices do not depend on their distance
   const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none

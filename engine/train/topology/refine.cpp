@@ -295,7 +295,7 @@ std::vector<std::uint32_t> without_least_visible(const Kept& kept, std::size_t c
 std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings) {
   std::vector<bool> backdrop(vertices.size() / 3);
   if (settings.backdrop <= 0) return backdrop;
-  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
+  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > kBackdropShare * settings.backdrop; };
   for (std::size_t t = 0; t < backdrop.size(); ++t)
     backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
   if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles))

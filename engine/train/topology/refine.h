@@ -44,7 +44,9 @@ struct Pruned {
 /// texture that loses its finest level keeps its values at the points of the coarser one.
 void prune(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Pruned& pruned, const Settings& settings);
 
-/// Whether each triangle belongs to the backdrop: all its vertices are beyond 0.8 times the backdrop's radius. All
+/// The backdrop's vertices, and no others, are farther from the origin than this share of its radius.
+inline constexpr double kBackdropShare = 0.8;
+/// Whether each triangle belongs to the backdrop: all its vertices are beyond kBackdropShare of its radius. All
 /// false if these are more than a quarter of the budget. vertices: 3 per triangle. [T]
 std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings);
 
