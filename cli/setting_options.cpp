@@ -17,7 +17,7 @@ namespace {
 using train::Access;
 using train::Setting;
 
-constexpr double kMegabyte = 1048576.0;
+constexpr double kMegabyte = 1e6;
 
 /// Escapes |, which ends a cell in Markdown tables.
 std::string cell(std::string text) {
@@ -49,7 +49,7 @@ std::uint64_t bytes_of_megabytes(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_number = error == std::errc() && end == text.data() + text.size();
-  if (!is_number || !(value == 0 || (value * kMegabyte >= 1.0 && value <= kMegabyte)))
+  if (!is_number || !(value == 0 || (value * kMegabyte >= 1.0 && value <= 1e6)))
     throw Error("`max_bytes`: '{}' is not a file size in megabytes; give a positive number, or 0 for no goal", text);
   return static_cast<std::uint64_t>(std::llround(value * kMegabyte));
 }

@@ -158,10 +158,11 @@ void check_memory(const CommandLine& o, const scene::Scene& scene, const train::
   const train::MemoryNeed need = train::memory_need(scene, settings, ranks);
   const std::uint64_t limit = limit_of(o, device);
   say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} buffers, {:.0f} triangles), limit {:.0f} MB",
-                     mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(limit)));
+                     memory_mb(need.total()), memory_mb(need.photographs), memory_mb(need.buffers),
+                     memory_mb(need.soup), memory_mb(limit)));
   if (need.total() > limit)
     throw Error("device memory: {} triangles need {:.0f} MB, the limit is {:.0f} MB; {}", settings.triangles,
-                mb(need.total()), mb(limit), smaller(o, scene, settings, limit, ranks));
+                memory_mb(need.total()), memory_mb(limit), smaller(o, scene, settings, limit, ranks));
 }
 
 }  // namespace trisoup

@@ -18,7 +18,9 @@
 
 namespace trisoup {
 
-inline double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
+inline double mb(std::uint64_t bytes) { return 1e-6 * static_cast<double>(bytes); }
+/// Memory in the units of --memory.
+inline double memory_mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
 
 /// One-line summary of a dataset and its number of points before and after cleaning.
 std::string understood(const scene::Scene& scene);

@@ -32,7 +32,7 @@ class ScatteredMeans {
 
  private:
   struct Node {
-    std::uint64_t key;  // Morton code of the cell
+    std::uint64_t key;                  // Morton code of the cell
     std::uint32_t first = 0, last = 0;  // its children in the level below
     float weight = 0;
     glm::vec3 moment{0.0f};  // weight times positions

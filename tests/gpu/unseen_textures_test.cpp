@@ -71,8 +71,10 @@ TEST_CASE("texture samples that no photograph shows become means of the seen one
   for (std::size_t i = 0; i < seen.size(); ++i)
     for (std::size_t k = 8 * i; k < 8 * i + 8; ++k) {
       if (seen[i]) least = std::min(least, before[k]), most = std::max(most, before[k]);
-      if (seen[i] || k % 8 == 7) kept = std::max(kept, std::abs(after[k] - before[k]));
-      else worst = std::max(worst, std::abs(after[k] - expected[k]));
+      if (seen[i] || k % 8 == 7)
+        kept = std::max(kept, std::abs(after[k] - before[k]));
+      else
+        worst = std::max(worst, std::abs(after[k] - expected[k]));
     }
   CHECK(kept == 0);
   CHECK(worst < 1e-4f);

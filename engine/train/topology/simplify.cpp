@@ -302,7 +302,7 @@ std::string outcome(std::span<const Round> rounds, const Settings& s) {
   const std::size_t best = best_round(rounds, s);
   const Round& r = rounds[best];
   std::string text = fmt::format("goal {}: {} triangles, {:.2f} MB", meets(r, s) ? "met" : "missed", r.triangles,
-                                 double(r.bytes) / 1048576.0);
+                                 1e-6 * double(r.bytes));
   if (s.validation_views > 0)
     text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
   if (meets(r, s)) return text;
