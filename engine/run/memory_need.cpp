@@ -74,8 +74,13 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   const std::uint64_t logits = max_triangles * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
   const std::uint64_t change =
       triangle_bytes(max_triangles) + max_triangles * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * 2;
+  // After the last step fill_unseen() sums the pixels of all samples, in two words of four values.
+  const std::uint64_t sums =
+      starts_from_surface(s)
+          ? max_triangles * (32ull * soup::samples_at(s.level_max) + sizeof(soup::TextureEntry)) / ranks
+          : 0;
   need.soup = std::max({soup_bytes(s.init_count, kCoarseLevel, kCoarseLevel, ranks),
-                        soup_bytes(max_triangles, s.level_min, s.level_max, ranks), change});
+                        soup_bytes(max_triangles, s.level_min, s.level_max, ranks) + sums, change});
   if (s.pose_corrections) need.buffers += kMotionBytes * scene.train.size();
   if (ranks > 1) need.buffers += batch.pixels * SharedSoup::kPixelBytes;
   return need;

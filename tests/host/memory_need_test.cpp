@@ -65,6 +65,16 @@ TEST_CASE("depth maps need four bytes per pixel, if they are used", "[memory]") 
   CHECK(train::memory_need(scene, s).total() == without + 20 * 64 * 64 * 4);
 }
 
+TEST_CASE("a surface needs room for the sums of its textures' pixels after the last step", "[memory]") {
+  const scene::Scene scene = scene_of(20, 200);
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  s.triangles = s.init_count = s.most_triangles = 60'000;
+  s.init = "points";
+  const std::uint64_t points = train::memory_need(scene, s).total();
+  s.init = "surface";
+  CHECK(train::memory_need(scene, s).total() >= points + 60'000ull * 32 * soup::samples_at(s.level_max));
+}
+
 TEST_CASE("smaller_run proposes a budget that fits after memory ran out", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
