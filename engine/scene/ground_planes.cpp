@@ -11,7 +11,7 @@ namespace {
 // Normalised units: the cameras' mean distance from the origin is 1. Points that are farther away are less precise, and
 // often belong to the horizon.
 constexpr double kThickness = 0.02, kReach = 3;
-constexpr std::size_t kMostPoints = 3000, kFewestPoints = 50;
+constexpr std::size_t kMostPoints = 3000, kFewestLeft = 50;
 constexpr int kTries = 400, kPlanes = 3;
 
 // An even sample of the points within reach.
@@ -87,7 +87,7 @@ std::vector<GroundPlane> ground_planes(std::span<const glm::vec3> points, std::s
   std::vector<GroundPlane> planes;
   const std::size_t all = left.size();
   std::minstd_rand random(1);
-  for (int i = 0; i < kPlanes && left.size() >= kFewestPoints; ++i) {
+  for (int i = 0; i < kPlanes && left.size() >= kFewestLeft; ++i) {
     GroundPlane plane = largest_plane(left, random);
     if (plane.normal == glm::dvec3(0.0)) break;
     const std::size_t before = left.size();

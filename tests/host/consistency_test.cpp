@@ -14,8 +14,8 @@ using trisoup::Image;
 namespace {
 
 /// A ring of cameras that look at the origin from a distance of 4 and a height of 1.5.
-std::vector<Camera> ring(int count) {
-  std::vector<Camera> cameras;
+std::vector<scene::Camera> ring(int count) {
+  std::vector<scene::Camera> cameras;
   for (int i = 0; i < count; ++i) {
     const double a = 6.2831853 * i / count;
     const glm::dmat4 opengl =
@@ -44,10 +44,10 @@ PointCloud plane() {
 }
 
 /// What the cameras see of the plane z = 0.
-std::vector<Probe> photographs(const std::vector<Camera>& cameras) {
+std::vector<Probe> photographs(const std::vector<scene::Camera>& cameras) {
   std::vector<Probe> probes;
   for (std::size_t v = 0; v < cameras.size(); ++v) {
-    const Camera& c = cameras[v];
+    const scene::Camera& c = cameras[v];
     const glm::dmat4 to_world = glm::inverse(c.world_to_camera);
     Image image{c.width, c.height, {}};
     for (int y = 0; y < c.height; ++y)
@@ -76,7 +76,7 @@ glm::dmat4 as_read(const glm::dmat4& m, PoseReading wrong, bool opengl) {
 }  // namespace
 
 TEST_CASE("points fit the cameras that saw them, and not when they are turned, scaled or shifted", "[scene][poses]") {
-  const std::vector<Camera> cameras = ring(12);
+  const std::vector<scene::Camera> cameras = ring(12);
   const std::vector<Probe> probes = photographs(cameras);
   const PointFit right = fit_of_points(cameras, plane(), probes);
   CHECK(right.inside > 0.95);
@@ -100,7 +100,7 @@ TEST_CASE("points fit the cameras that saw them, and not when they are turned, s
 
 TEST_CASE("poses of another convention are recognised by points, and without points by the photographs",
           "[scene][poses]") {
-  const std::vector<Camera> cameras = ring(24);
+  const std::vector<scene::Camera> cameras = ring(24);
   const std::vector<Probe> probes = photographs(cameras);
   const TakeProbes take = [&](std::size_t, int) { return probes; };
   for (const bool opengl : {true, false})
@@ -109,8 +109,8 @@ TEST_CASE("poses of another convention are recognised by points, and without poi
       if (!opengl || wrong != PoseReading::inverse_other_axes) continue;  // all run the same code, for 10 s each
 #endif
       CAPTURE(opengl, to_string(wrong, opengl));
-      std::vector<Camera> written = cameras;
-      for (Camera& camera : written) camera.world_to_camera = as_read(camera.world_to_camera, wrong, opengl);
+      std::vector<scene::Camera> written = cameras;
+      for (scene::Camera& camera : written) camera.world_to_camera = as_read(camera.world_to_camera, wrong, opengl);
       for (const PointCloud& points : {plane(), PointCloud{}}) {
         const PoseCheck check = check_poses(
             written, points, opengl ? PoseConvention::opengl_to_world : PoseConvention::world_to_opencv, "file", take);
@@ -126,7 +126,7 @@ TEST_CASE("poses of another convention are recognised by points, and without poi
 }
 
 TEST_CASE("points of another frame are not used, and the poses stay", "[scene][poses][same_code]") {
-  const std::vector<Camera> cameras = ring(24);
+  const std::vector<scene::Camera> cameras = ring(24);
   const std::vector<Probe> probes = photographs(cameras);
   PointCloud turned = plane();
   for (glm::dvec3& p : turned.positions) p = {-p.x, p.z, p.y};
@@ -138,13 +138,13 @@ TEST_CASE("points of another frame are not used, and the poses stay", "[scene][p
 }
 
 TEST_CASE("cameras far from all others are found", "[scene][poses]") {
-  std::vector<Camera> cameras = ring(16);
+  std::vector<scene::Camera> cameras = ring(16);
   CHECK(far_cameras(cameras, {}).empty());
   CHECK(look_inwards(cameras, 0.1));
   cameras[3].world_to_camera[3] *= 30.0;
   CHECK(far_cameras(cameras, {}) == std::vector<std::size_t>{3});
   // Thirteen photographs from one tripod and three of a walk through the scene.
-  std::vector<Camera> tripod = ring(16);
+  std::vector<scene::Camera> tripod = ring(16);
   for (int i = 0; i < 13; ++i) tripod[std::size_t(i)] = tripod[0];
   CHECK(far_cameras(tripod, plane()).empty());
   cameras.resize(4);

@@ -20,10 +20,10 @@ using test::pack;
 
 namespace {
 
-constexpr Camera kStreet{640, 480, 640, 640, 320, 240, glm::dmat4(1.0)};
+constexpr scene::Camera kStreet{640, 480, 640, 640, 320, 240, glm::dmat4(1.0)};
 
 std::string doubt(double fx, double fy, double exif = 0, double k1 = 0, double k2 = 0, double cx = 320) {
-  Camera camera = kStreet;
+  scene::Camera camera = kStreet;
   camera.fx = fx, camera.fy = fy, camera.cx = cx;
   Lens lens;
   lens.radial[0] = k1, lens.radial[1] = k2;

@@ -33,7 +33,7 @@ TEST_CASE("a view without valid pixels has no PSNR and is left out of means", "[
   CHECK(some.psnr == Approx(-20 * std::log10(0.5)));
   CHECK(compare(colour(16, 1.0f), plain(16, 255, 255)).psnr == 100);
 
-  Evaluation evaluation;
+  train::Evaluation evaluation;
   evaluation.views = {{"none", none}, {"some", some}};
   evaluation.mean = mean(evaluation.views);
   CHECK(evaluation.mean.psnr == some.psnr);

@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-struct Training {
+struct ServedTraining {
   std::atomic<bool> stop{false};
   viewer::Live live{stop};
   int models = 0;
@@ -40,7 +40,7 @@ constexpr auto kPatience = 10s;  // time limit on a busy machine
 }  // namespace
 
 TEST_CASE("live: the next model is published after the window has shown the last one", "[live]") {
-  Training t;
+  ServedTraining t;
   t.train(250ms);
   REQUIRE(t.models == 1);
   REQUIRE(t.live.take_model());
@@ -52,7 +52,7 @@ TEST_CASE("live: the next model is published after the window has shown the last
 }
 
 TEST_CASE("live: a fast window receives at most ten models per second", "[live]") {
-  Training t;
+  ServedTraining t;
   const auto start = std::chrono::steady_clock::now();
   {
     std::jthread window([&](std::stop_token stop) {
@@ -68,7 +68,7 @@ TEST_CASE("live: a fast window receives at most ten models per second", "[live]"
 }
 
 TEST_CASE("live: time on a shared device lowers the rate of models", "[live]") {
-  Training t;
+  ServedTraining t;
   const auto start = std::chrono::steady_clock::now();
   t.train(kPatience, 1);
   REQUIRE(t.live.take_model());
@@ -79,7 +79,7 @@ TEST_CASE("live: time on a shared device lowers the rate of models", "[live]") {
 }
 
 TEST_CASE("live: a window that has not taken the model gets no new one", "[live]") {
-  Training t;
+  ServedTraining t;
   t.train(10ms);
   t.live.shown(0);  // only panels were drawn; the model was not taken
   t.train(250ms);
@@ -87,7 +87,7 @@ TEST_CASE("live: a window that has not taken the model gets no new one", "[live]
 }
 
 TEST_CASE("live: pause, single steps, and training on after the window is closed", "[live]") {
-  Training t;
+  ServedTraining t;
   const auto model = [] { return soup::Model(); };
   t.live.pause(true);
   t.live.step_once();

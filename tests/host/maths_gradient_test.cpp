@@ -22,14 +22,14 @@ using namespace trisoup;
 
 namespace {
 
-using Triangle = std::array<glm::dvec4, 3>;  // clip coordinates
+using ClipTriangle = std::array<glm::dvec4, 3>;  // clip coordinates
 
 /// To fill a vector, call this in braces: their order of evaluation is defined, that of parentheses is not.
 double random_in(soup::Random& r, double low, double high) { return low + (high - low) * r.uniform01(); }
 
 /// A triangle from NDC positions with random w, on which results in NDC must not depend.
-Triangle clip_triangle(soup::Random& r, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
-  Triangle t;
+ClipTriangle clip_triangle(soup::Random& r, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
+  ClipTriangle t;
   const glm::dvec3 ndc[3] = {a, b, c};
   for (int k = 0; k < 3; ++k) t[k] = random_in(r, 0.4, 2.5) * glm::dvec4(ndc[k], 1);
   return t;
@@ -205,8 +205,8 @@ TEST_CASE("depth: the plane's inverse depth, and the loss by the corners", "[mat
   soup::Random r(21);
   int compared = 0;
   for (int i = 0; i < 200; ++i) {
-    Triangle t = clip_triangle(r, {-0.9, -0.8, random_in(r, -0.5, 0.5)}, {0.9, -0.7, random_in(r, -0.5, 0.5)},
-                               {0.1, 0.9, random_in(r, -0.5, 0.5)});
+    ClipTriangle t = clip_triangle(r, {-0.9, -0.8, random_in(r, -0.5, 0.5)}, {0.9, -0.7, random_in(r, -0.5, 0.5)},
+                                   {0.1, 0.9, random_in(r, -0.5, 0.5)});
     const glm::dvec2 ndc{random_in(r, -0.3, 0.3), random_in(r, -0.3, 0.3)};
     const f64::DepthPlane plane = f64::depth_plane(t[0], t[1], t[2], ndc);
     REQUIRE(plane.valid);
@@ -521,7 +521,7 @@ TEST_CASE("coverage: edge functions agree with the point of the plane, for any o
     const double area = f64::cross2(glm::dvec2(b - a), glm::dvec2(c - a));
     if (std::abs(area) < 1e-2) continue;
     ++(area > 0 ? counter_clockwise : clockwise);
-    const Triangle t = clip_triangle(r, a, b, c);
+    const ClipTriangle t = clip_triangle(r, a, b, c);
     const glm::dvec2 at{random_in(r, -1, 1), random_in(r, -1, 1)};
 
     // The point of the plane projects to `at`, its barycentrics sum to 1, and its depth is linear on the screen.
@@ -669,7 +669,7 @@ TEST_CASE("coverage: a nearby origin keeps small triangles exact in float", "[ma
 TEST_CASE("edges: a force is the derivative with respect to the point on which it acts", "[maths]") {
   soup::Random r(10);
   for (int n = 0; n < 50; ++n) {
-    Triangle t;
+    ClipTriangle t;
     for (glm::dvec4& v : t) v = {random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, 0.5, 2)};
     const double s0 = random_in(r, 0, 0.5), s1 = random_in(r, 0, 0.5), s2 = 1 - s0 - s1;
     const glm::dvec3 force{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
@@ -702,7 +702,7 @@ TEST_CASE("edges: a silhouette is where the segment leaves the triangle, for any
   soup::Random r(11);
   int kinds[2][2] = {};  // [a corner is behind the camera][the near plane comes first]
   for (int n = 0; n < 60000; ++n) {
-    Triangle t;
+    ClipTriangle t;
     for (glm::dvec4& v : t)
       v = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, n % 2 ? 0.2 : -3, 4)});
     const glm::dvec2 p{random_in(r, -1, 1), random_in(r, -1, 1)},
@@ -781,7 +781,7 @@ TEST_CASE("coverage: of a triangle that reaches behind the camera, only the part
 TEST_CASE("edges: the gradient of depth gives the normal of the corners", "[maths]") {
   soup::Random r(21);
   for (int n = 0; n < 200; ++n) {
-    Triangle t;
+    ClipTriangle t;
     glm::dvec3 ndc[3];
     for (int k = 0; k < 3; ++k) {
       t[k] = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, 0.2, 4)});
@@ -853,7 +853,7 @@ struct Plane {
 };
 
 /// A triangle in the plane that covers all pixels used here. flip: selects the winding.
-Triangle covering(soup::Random& r, const Plane& plane, bool flip) {
+ClipTriangle covering(soup::Random& r, const Plane& plane, bool flip) {
   const auto corner = [&](double x, double y) { return glm::dvec3(x, y, plane.at({x, y})); };
   const glm::dvec3 a = corner(-3, random_in(r, -3, -2)), b = corner(3, random_in(r, -3, -2)),
                    c = corner(random_in(r, -1, 1), 4);
@@ -861,7 +861,7 @@ Triangle covering(soup::Random& r, const Plane& plane, bool flip) {
 }
 
 /// A triangle in the plane with an edge through `through`, on the side to which `direction` points.
-Triangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dvec2 direction, int first) {
+ClipTriangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dvec2 direction, int first) {
   const glm::dvec2 along(-direction.y, direction.x);
   glm::dvec2 corners[3] = {through + 0.5 * along, through - 0.8 * along, through + 2.0 * direction + 0.1 * along};
   std::rotate(corners, corners + first, corners + 3);
@@ -870,22 +870,22 @@ Triangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dv
 }
 
 /// Perspective-correct vertex weights at an NDC point, from the inverse of the rows (x, y, w).
-glm::dvec3 weights_at(const Triangle& t, glm::dvec2 ndc) {
+glm::dvec3 weights_at(const ClipTriangle& t, glm::dvec2 ndc) {
   glm::dmat3 m;
   for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
   const glm::dvec3 s = glm::inverse(m) * glm::dvec3(ndc, 1);
   return s / (s.x + s.y + s.z);
 }
 
-f64::ClipGradient force_at(const Triangle& t, glm::dvec2 ndc, glm::dvec3 force) {
+f64::ClipGradient force_at(const ClipTriangle& t, glm::dvec2 ndc, glm::dvec3 force) {
   const glm::dvec3 s = weights_at(t, ndc);
   f64::ClipGradient g = no_gradient();
   f64::apply_force(t[0], t[1], t[2], s.x, s.y, s.z, force, g);
   return g;
 }
 
-int edge(const Triangle& a, const Triangle& b, bool same, bool empty, double depth_p, double depth_q, const Pair& pair,
-         f64::ClipGradient& g, bool crosses = false) {
+int edge(const ClipTriangle& a, const ClipTriangle& b, bool same, bool empty, double depth_p, double depth_q,
+         const Pair& pair, f64::ClipGradient& g, bool crosses = false) {
   g = no_gradient();
   return f64::edge_force(a[0], a[1], a[2], b[0], b[1], b[2], crosses, same, empty, depth_p, depth_q, pair.p, pair.q,
                          pair.force, pair.horizontal, g);
@@ -899,7 +899,7 @@ TEST_CASE("edges: inside a triangle the force acts midway between the pixels", "
     for (const bool flip : {false, true}) {
       const glm::dvec2 middle = 0.5 * (pair.p + pair.q);
       const Plane plane{0.1, {0.2, -0.3}, pair.p};
-      const Triangle a = covering(r, plane, flip);
+      const ClipTriangle a = covering(r, plane, flip);
       f64::ClipGradient g;
       CHECK(edge(a, a, true, false, plane.at(pair.p), plane.at(pair.q), pair, g) == EDGE_INTERIOR);
       check_same(g, force_at(a, middle, {pair.force, 0}));
@@ -912,7 +912,7 @@ TEST_CASE("edges: at an opacity edge the force acts midway between the pixels", 
     for (const bool flip : {false, true}) {
       const glm::dvec2 middle = 0.5 * (pair.p + pair.q);
       const Plane front{0.1, {0.2, -0.3}, pair.p}, back{0.6, {-0.4, 0.1}, pair.p};
-      const Triangle a = covering(r, front, flip), b = covering(r, back, !flip);
+      const ClipTriangle a = covering(r, front, flip), b = covering(r, back, !flip);
       f64::ClipGradient g;
       CHECK(edge(a, b, false, false, front.at(pair.p), back.at(pair.q), pair, g) == EDGE_OPACITY);
       check_same(g, force_at(a, middle, {pair.force, 0}));
@@ -920,7 +920,7 @@ TEST_CASE("edges: at an opacity edge the force acts midway between the pixels", 
       check_same(g, force_at(a, middle, {pair.force, 0}));
       // At q, A is nearer than B but transparent; at p, B is nearer than A. Neither triangle has an edge.
       const Plane steep{0.5, -(pair.q - pair.p) / 0.01, pair.p}, between{0.1, {0, 0}, pair.p};
-      const Triangle sloping = covering(r, steep, flip), seen = covering(r, between, flip);
+      const ClipTriangle sloping = covering(r, steep, flip), seen = covering(r, between, flip);
       REQUIRE(steep.at(pair.q) < -0.4);
       CHECK(edge(sloping, seen, false, false, 0.5, 0.1, pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
@@ -934,8 +934,8 @@ TEST_CASE("edges: the force of a silhouette acts where the edge crosses the pixe
       const double t = random_in(r, 0.1, 0.9);
       const glm::dvec2 crossing = pair.p + t * (pair.q - pair.p);
       const Plane plane{0.1, {0.2, -0.3}, pair.p}, back{0.6, {-0.4, 0.1}, pair.p}, front{-0.6, {-0.4, 0.1}, pair.p};
-      const Triangle a = ending(r, plane, crossing, glm::normalize(pair.p - pair.q), first);
-      const Triangle behind = covering(r, back, first == 1), before = covering(r, front, first == 1);
+      const ClipTriangle a = ending(r, plane, crossing, glm::normalize(pair.p - pair.q), first);
+      const ClipTriangle behind = covering(r, back, first == 1), before = covering(r, front, first == 1);
       REQUIRE(f64::plane_point(a[0], a[1], a[2], pair.p).inside);
       REQUIRE(!f64::plane_point(a[0], a[1], a[2], pair.q).inside);
       f64::ClipGradient g;
@@ -957,7 +957,7 @@ TEST_CASE("edges: the cut of a triangle by the near plane is not an edge", "[mat
     // The triangle crosses the near plane between the pixels.
     const Plane plane{-0.9, -2.0 * (pair.q - pair.p) / 0.01, pair.p}, back{0.6, {0, 0}, pair.p};
     REQUIRE(plane.at(pair.q) < -1);
-    const Triangle a = covering(r, plane, false), b = covering(r, back, false);
+    const ClipTriangle a = covering(r, plane, false), b = covering(r, back, false);
     f64::ClipGradient g;
     for (const bool empty : {false, true}) {
       CHECK(edge(a, b, false, empty, plane.at(pair.p), empty ? 0 : 0.6, pair, g, true) == EDGE_NONE);
@@ -983,8 +983,8 @@ TEST_CASE("edges: intersecting triangles move their intersection line", "[maths]
       // The slope of B puts it in front of A at q.
       other.slope[axis] -= (pair.q - pair.p)[axis] * random_in(r, 2, 10);
       other.slope[1 - axis] = random_in(r, -1, 1);
-      Triangle a = covering(r, front, n % 2 == 0);
-      const Triangle b = covering(r, other, n % 4 < 2);
+      ClipTriangle a = covering(r, front, n % 2 == 0);
+      const ClipTriangle b = covering(r, other, n % 4 < 2);
       f64::ClipGradient g;
       REQUIRE(edge(a, b, false, false, front.at(pair.p), other.at(pair.q), pair, g) == EDGE_INTERSECTION);
       // Total force: the derivative with respect to a common motion of all NDC positions.
@@ -992,7 +992,7 @@ TEST_CASE("edges: intersecting triangles move their intersection line", "[maths]
       for (int k = 0; k < 3; ++k) total += glm::dvec3(rows(g)[k]) * a[k].w;
       glm::dvec3 moved(0);
       const auto work = [&] {
-        Triangle shifted = a;
+        ClipTriangle shifted = a;
         for (glm::dvec4& v : shifted) v += glm::dvec4(moved * v.w, 0);
         // Depth is linear on the screen, so one secant step gives the crossing.
         const auto gap = [&](glm::dvec2 at) {
@@ -1016,16 +1016,16 @@ TEST_CASE("edges: a triangle that only hides another one has its own edge", "[ma
     for (int first = 0; first < 3; ++first) {
       const glm::dvec2 crossing = 0.4 * pair.p + 0.6 * pair.q;
       const Plane plane{0.1, {0.2, -0.3}, pair.p}, front{-0.4, {0.1, 0.1}, pair.p};
-      const Triangle a = covering(r, plane, first == 1);
+      const ClipTriangle a = covering(r, plane, first == 1);
       // B begins between the pixels.
-      const Triangle b = ending(r, front, crossing, glm::normalize(pair.q - pair.p), first);
+      const ClipTriangle b = ending(r, front, crossing, glm::normalize(pair.q - pair.p), first);
       REQUIRE(f64::plane_point(b[0], b[1], b[2], pair.q).inside);
       REQUIRE(!f64::plane_point(b[0], b[1], b[2], pair.p).inside);
       f64::ClipGradient g;
       CHECK(edge(a, b, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
       // B is in front of A at both pixels and transparent at p: an opacity edge of B.
-      const Triangle over = covering(r, front, first == 2);
+      const ClipTriangle over = covering(r, front, first == 2);
       CHECK(edge(a, over, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
       // The plane of B is behind A at p, but B does not reach p.
@@ -1033,7 +1033,7 @@ TEST_CASE("edges: a triangle that only hides another one has its own edge", "[ma
       through.through = crossing;
       through.z = plane.at(crossing);
       through.slope -= 5.0 * (pair.q - pair.p);
-      const Triangle short_of_p = ending(r, through, crossing, glm::normalize(pair.q - pair.p), first);
+      const ClipTriangle short_of_p = ending(r, through, crossing, glm::normalize(pair.q - pair.p), first);
       REQUIRE(through.at(pair.p) > plane.at(pair.p));
       REQUIRE(through.at(pair.q) < plane.at(pair.q));
       CHECK(edge(a, short_of_p, false, false, plane.at(pair.p), through.at(pair.q), pair, g) == EDGE_NONE);

@@ -21,7 +21,7 @@ Mesh gltf(const std::string& text, const std::filesystem::path& folder = "/nonex
 }
 
 template <typename Read>
-std::string message_of(Read&& read) {
+std::string error_of_read(Read&& read) {
   try {
     read();
   } catch (const Error& error) {
@@ -113,18 +113,18 @@ TEST_CASE("OBJ: polygons, negative indices, groups and attributes", "[mesh]") {
 TEST_CASE("OBJ: damage", "[mesh]") {
   using Catch::Matchers::Contains;
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
-  CHECK_THAT(message_of([&] { obj(vertices); }), Contains("test.obj: has no faces"));
-  CHECK_THAT(message_of([&] { obj(""); }), Contains("no faces"));
-  CHECK_THAT(message_of([&] { obj(vertices + "f 1 2 9\n"); }), Contains("test.obj"));
-  CHECK_THAT(message_of([&] { obj(vertices + "f 1 2 0\n"); }), Contains("test.obj"));
-  CHECK_THAT(message_of([&] { obj(vertices + "f 1 2 -9\n"); }), Contains("test.obj"));
+  CHECK_THAT(error_of_read([&] { obj(vertices); }), Contains("test.obj: has no faces"));
+  CHECK_THAT(error_of_read([&] { obj(""); }), Contains("no faces"));
+  CHECK_THAT(error_of_read([&] { obj(vertices + "f 1 2 9\n"); }), Contains("test.obj"));
+  CHECK_THAT(error_of_read([&] { obj(vertices + "f 1 2 0\n"); }), Contains("test.obj"));
+  CHECK_THAT(error_of_read([&] { obj(vertices + "f 1 2 -9\n"); }), Contains("test.obj"));
   for (const char* number : {"nan", "inf", "1e999", "one"})
-    CHECK_THAT(message_of([&] { obj(vertices + "v 0 " + number + " 1\nf 1 2 4\n"); }), Contains("test.obj: "));
+    CHECK_THAT(error_of_read([&] { obj(vertices + "v 0 " + number + " 1\nf 1 2 4\n"); }), Contains("test.obj: "));
   std::string many;
   for (int k = 1; k <= 300; ++k) many.append("v 0 0 ").append(std::to_string(k)).append("\n");
   many += "f";
   for (int k = 1; k <= 300; ++k) many.append(" ").append(std::to_string(k));
-  CHECK_THAT(message_of([&] { obj(many + "\n"); }), Contains("255 corners"));
+  CHECK_THAT(error_of_read([&] { obj(many + "\n"); }), Contains("255 corners"));
 }
 
 TEST_CASE("PLY: ascii and both binary orders", "[mesh]") {
@@ -137,13 +137,13 @@ TEST_CASE("PLY: damage", "[mesh]") {
   using Catch::Matchers::Contains;
   // The final line break of a text file is not needed.
   for (std::size_t size = 0; size + 3 < kPlyAscii.size(); ++size)
-    CHECK_THAT(message_of([&] { ply(kPlyAscii.substr(0, size)); }), Contains("test.ply: "));
+    CHECK_THAT(error_of_read([&] { ply(kPlyAscii.substr(0, size)); }), Contains("test.ply: "));
   for (std::size_t size = 0; size < ply_binary(true).size(); ++size)
-    CHECK_THAT(message_of([&] { ply(ply_binary(true).substr(0, size)); }), Contains("test.ply: "));
+    CHECK_THAT(error_of_read([&] { ply(ply_binary(true).substr(0, size)); }), Contains("test.ply: "));
   const auto with = [](const std::string& what, const std::string& instead) {
     std::string text = kPlyAscii;
     text.replace(text.find(what), what.size(), instead);
-    return message_of([&] { ply(text); });
+    return error_of_read([&] { ply(text); });
   };
   CHECK_THAT(with("4 0 1 2 3", "4 0 1 2 7"), Contains("vertex 7 of 4"));
   CHECK_THAT(with("4 0 1 2 3", "4 0 1 2 -1"), Contains("vertex index"));
@@ -185,27 +185,27 @@ TEST_CASE("glTF: nodes, strips, embedded and separate buffers, binary", "[mesh]"
   glb += std::string("BIN\0", 4) + buffer;
   check_strip(read_mesh(folder.file("mesh.GLB", glb)));
   for (std::size_t size = 0; size < glb.size(); size += 7)
-    CHECK_THAT(message_of([&] { gltf(glb.substr(0, size)); }), Catch::Matchers::StartsWith("test.gltf: "));
+    CHECK_THAT(error_of_read([&] { gltf(glb.substr(0, size)); }), Catch::Matchers::StartsWith("test.gltf: "));
 }
 
 TEST_CASE("glTF: damage", "[mesh]") {
   using Catch::Matchers::Contains;
-  CHECK_THAT(message_of([&] { gltf(""); }), Contains("test.gltf: is damaged"));
-  CHECK_THAT(message_of([&] { gltf("{}"); }), Contains("test.gltf: "));
-  CHECK_THAT(message_of([&] { gltf(gltf_text("missing.bin")); }), Contains("test.gltf: "));
-  CHECK_THAT(message_of([&] { gltf(gltf_text(kDataUri, "", "400")); }), Contains("outside its buffer"));
-  CHECK_THAT(message_of([&] { gltf(gltf_text(kDataUri, "", "3")); }), Contains("vertex 3 of 3"));
-  CHECK_THAT(message_of([&] { gltf(gltf_text(kDataUri, "", "4", "0")); }), Contains("two parents"));
-  CHECK_THAT(message_of([&] { gltf(gltf_text(kDataUri, "", "4", "7")); }), Contains("node 7 of 2"));
-  CHECK_THAT(message_of([&] { gltf(gltf_text(kDataUri, "", "4", "")); }), Contains("no faces"));
+  CHECK_THAT(error_of_read([&] { gltf(""); }), Contains("test.gltf: is damaged"));
+  CHECK_THAT(error_of_read([&] { gltf("{}"); }), Contains("test.gltf: "));
+  CHECK_THAT(error_of_read([&] { gltf(gltf_text("missing.bin")); }), Contains("test.gltf: "));
+  CHECK_THAT(error_of_read([&] { gltf(gltf_text(kDataUri, "", "400")); }), Contains("outside its buffer"));
+  CHECK_THAT(error_of_read([&] { gltf(gltf_text(kDataUri, "", "3")); }), Contains("vertex 3 of 3"));
+  CHECK_THAT(error_of_read([&] { gltf(gltf_text(kDataUri, "", "4", "0")); }), Contains("two parents"));
+  CHECK_THAT(error_of_read([&] { gltf(gltf_text(kDataUri, "", "4", "7")); }), Contains("node 7 of 2"));
+  CHECK_THAT(error_of_read([&] { gltf(gltf_text(kDataUri, "", "4", "")); }), Contains("no faces"));
 }
 
 TEST_CASE("mesh files that cannot be read", "[mesh]") {
   using Catch::Matchers::Contains;
   const test::TemporaryFolder folder;
-  CHECK_THAT(message_of([&] { read_mesh(folder / "missing.obj"); }), Contains("missing.obj: cannot be opened"));
-  CHECK_THAT(message_of([&] { read_mesh(folder.file("a.stl", "solid")); }), Contains("a.stl: unknown mesh format"));
-  CHECK_THAT(message_of([&] { read_mesh(folder.file("a.ply", "")); }), Contains("a.ply: does not begin"));
+  CHECK_THAT(error_of_read([&] { read_mesh(folder / "missing.obj"); }), Contains("missing.obj: cannot be opened"));
+  CHECK_THAT(error_of_read([&] { read_mesh(folder.file("a.stl", "solid")); }), Contains("a.stl: unknown mesh format"));
+  CHECK_THAT(error_of_read([&] { read_mesh(folder.file("a.ply", "")); }), Contains("a.ply: does not begin"));
   check_quad(read_mesh(folder.file("a.PLY", kPlyAscii)));
   check_quad(read_mesh(folder.file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nf 1 2 3 4\n")));
 }

@@ -13,10 +13,10 @@ using test::SceneFolder;
 
 namespace {
 
-constexpr int kWidth = 16, kHeight = 12;
+constexpr int kMaskedWidth = 16, kMaskedHeight = 12;
 
 /// White with a black left half.
-Image half_mask(int width = kWidth, int height = kHeight) {
+Image half_mask(int width = kMaskedWidth, int height = kMaskedHeight) {
   Image image = plain(width, height, 255, 255, 255);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width / 2; ++x)
@@ -30,12 +30,12 @@ std::string pose_at(int i) { return fmt::format("[[1,0,0,{}],[0,1,0,0],[0,0,1,{}
 void write_photographs(const SceneFolder& folder, const std::vector<std::string>& names, const std::string& own = "") {
   std::string frames;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    folder.write(names[i], plain(kWidth, kHeight, 100, 100, 100));
+    folder.write(names[i], plain(kMaskedWidth, kMaskedHeight, 100, 100, 100));
     frames += fmt::format("{}{{\"file_path\": \"{}\", \"transform_matrix\": {}{}}}", i ? "," : "", names[i],
                           pose_at(int(i)), own.empty() ? "" : fmt::format(fmt::runtime(own), i));
   }
-  folder.write("transforms.json",
-               fmt::format("{{\"fl_x\": 20, \"w\": {}, \"h\": {}, \"frames\": [{}]}}", kWidth, kHeight, frames));
+  folder.write("transforms.json", fmt::format("{{\"fl_x\": 20, \"w\": {}, \"h\": {}, \"frames\": [{}]}}", kMaskedWidth,
+                                              kMaskedHeight, frames));
 }
 
 struct Result {
@@ -151,7 +151,7 @@ TEST_CASE("masks that belong to no photograph are an error", "[scene][masks]") {
   REQUIRE(result.warnings.size() == 1);
   CHECK(result.warnings[0].find("sky_masks: not used as masks; ") != std::string::npos);
   // Labels of classes are no masks.
-  folder.write("segmentation/a.png", plain(kWidth, kHeight, 7, 7, 7));
+  folder.write("segmentation/a.png", plain(kMaskedWidth, kMaskedHeight, 7, 7, 7));
   CHECK(result_of(folder.path()).warnings.size() == 2);
 }
 
@@ -182,8 +182,8 @@ TEST_CASE("masks that are missing are said in one line", "[scene][masks]") {
 TEST_CASE("a mask of other proportions is left out, and most of them are an error", "[scene][masks]") {
   const SceneFolder folder;
   write_photographs(folder, {"images/0.png", "images/1.png", "images/2.png"});
-  folder.write("masks/0.png", half_mask(kWidth / 2, kHeight / 2));  // the same proportions
-  folder.write("masks/1.png", half_mask(kHeight, kWidth));
+  folder.write("masks/0.png", half_mask(kMaskedWidth / 2, kMaskedHeight / 2));  // the same proportions
+  folder.write("masks/1.png", half_mask(kMaskedHeight, kMaskedWidth));
   folder.write("masks/2.png", half_mask());
   Result result = result_of(folder.path());
   CHECK(result.masked == "l-l");
@@ -194,8 +194,8 @@ TEST_CASE("a mask of other proportions is left out, and most of them are an erro
   result = result_of(folder.path());
   CHECK(result.masked == "l-l");
   CHECK(result.warnings.size() == 1);
-  folder.write("masks/1.png", half_mask(kHeight, kWidth));
-  folder.write("masks/2.png", half_mask(kHeight, kWidth));
+  folder.write("masks/1.png", half_mask(kMaskedHeight, kMaskedWidth));
+  folder.write("masks/2.png", half_mask(kMaskedHeight, kMaskedWidth));
   CHECK(error_of(folder.path())
             .find("1.png: mask (12 x 16 beside 16 x 12) has other proportions than its photograph; ") !=
         std::string::npos);
@@ -217,22 +217,24 @@ TEST_CASE("a mask whose end is missing is left out", "[scene][masks]") {
 TEST_CASE("a mask is turned as its photograph is", "[scene][masks][exif]") {
   const SceneFolder folder;
   // Stored 12 wide and 16 high. Turned clockwise, the bottom is on the left.
-  Image stored = plain(kHeight, kWidth, 255, 255, 255);
-  for (int y = kWidth / 2; y < kWidth; ++y)
-    for (int x = 0; x < kHeight; ++x)
-      for (int c = 0; c < 3; ++c) stored.rgba[std::size_t(4 * (y * kHeight + x) + c)] = 0;
+  Image stored = plain(kMaskedHeight, kMaskedWidth, 255, 255, 255);
+  for (int y = kMaskedWidth / 2; y < kMaskedWidth; ++y)
+    for (int x = 0; x < kMaskedHeight; ++x)
+      for (int c = 0; c < 3; ++c) stored.rgba[std::size_t(4 * (y * kMaskedHeight + x) + c)] = 0;
   write_photographs(folder, {"images/a.jpg"});
-  folder.write("images/a.jpg", test::with_orientation(test::jpeg_of(plain(kHeight, kWidth, 90, 90, 90)), 6));
+  folder.write("images/a.jpg",
+               test::with_orientation(test::jpeg_of(plain(kMaskedHeight, kMaskedWidth, 90, 90, 90)), 6));
   folder.write("masks/a.png", stored);
   CHECK(result_of(folder.path()).masked == "l");
   folder.write("masks/a.png", half_mask());  // upright already
   CHECK(result_of(folder.path()).masked == "l");
   // Used as stored, with a mask that is upright: turned back.
-  folder.write("images/a.jpg", test::with_orientation(test::jpeg_of(plain(kWidth, kHeight, 90, 90, 90)), 6));
-  Image upright = plain(kHeight, kWidth, 255, 255, 255);  // the left of the stored picture is on top
-  for (int y = 0; y < kWidth / 2; ++y)
-    for (int x = 0; x < kHeight; ++x)
-      for (int c = 0; c < 3; ++c) upright.rgba[std::size_t(4 * (y * kHeight + x) + c)] = 0;
+  folder.write("images/a.jpg",
+               test::with_orientation(test::jpeg_of(plain(kMaskedWidth, kMaskedHeight, 90, 90, 90)), 6));
+  Image upright = plain(kMaskedHeight, kMaskedWidth, 255, 255, 255);  // the left of the stored picture is on top
+  for (int y = 0; y < kMaskedWidth / 2; ++y)
+    for (int x = 0; x < kMaskedHeight; ++x)
+      for (int c = 0; c < 3; ++c) upright.rgba[std::size_t(4 * (y * kMaskedHeight + x) + c)] = 0;
   folder.write("masks/a.png", upright);
   CHECK(result_of(folder.path()).masked == "l");
 }
@@ -242,15 +244,15 @@ TEST_CASE("masks in alpha", "[scene][masks]") {
   write_photographs(folder, {"images/a.png"});
   for (const int grey : {0, 255}) {
     const auto value = static_cast<std::uint8_t>(grey);
-    Image mask = plain(kWidth, kHeight, value, value, value);
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth / 2; ++x) mask.rgba[std::size_t(4 * (y * kWidth + x) + 3)] = 0;
+    Image mask = plain(kMaskedWidth, kMaskedHeight, value, value, value);
+    for (int y = 0; y < kMaskedHeight; ++y)
+      for (int x = 0; x < kMaskedWidth / 2; ++x) mask.rgba[std::size_t(4 * (y * kMaskedWidth + x) + 3)] = 0;
     folder.write("masks/a.png", mask);
     CHECK(result_of(folder.path()).masked == "l");
   }
   // Colour decides where it differs, whatever alpha is.
   Image mask = half_mask();
-  mask.rgba[std::size_t(4 * (kWidth - 1) + 3)] = 0;
+  mask.rgba[std::size_t(4 * (kMaskedWidth - 1) + 3)] = 0;
   folder.write("masks/a.png", mask);
   CHECK(result_of(folder.path()).masked == "l");
 }
@@ -258,7 +260,7 @@ TEST_CASE("masks in alpha", "[scene][masks]") {
 TEST_CASE("masks that leave nothing are said to look inverted", "[scene][masks]") {
   const SceneFolder folder;
   write_photographs(folder, {"images/a.png"});
-  folder.write("masks/a.png", plain(kWidth, kHeight, 0, 0, 0));
+  folder.write("masks/a.png", plain(kMaskedWidth, kMaskedHeight, 0, 0, 0));
   CHECK(error_of(folder.path()).find("if the masks are inverted, use `invert_masks`") != std::string::npos);
   LoadOptions inverted;
   inverted.invert_masks = true;

@@ -19,7 +19,7 @@ namespace {
 
 ValueMap decoded(const std::string& file) { return decode_values(std::as_bytes(std::span(file)), "map"); }
 
-std::string problem(const std::string& file) {
+std::string refusal(const std::string& file) {
   return test::message_of([&] { decoded(file); });
 }
 
@@ -56,14 +56,14 @@ TEST_CASE("numbers of other types are read from .npy", "[values]") {
 
 TEST_CASE("a .npy file that cannot be read is named with the reason", "[values]") {
   const std::string good = npy_of(kSix, 3);
-  CHECK(problem(good.substr(0, good.size() - 1)).find("map: is cut off, 3 x 2 numbers") == 0);
-  CHECK(problem(good.substr(0, 60)).find("cut off in its header") != std::string::npos);
-  CHECK(problem(replaced(good, "<f4", ">f4")).find("numbers are '>f4'; write it with numpy.save of float32") !=
+  CHECK(refusal(good.substr(0, good.size() - 1)).find("map: is cut off, 3 x 2 numbers") == 0);
+  CHECK(refusal(good.substr(0, 60)).find("cut off in its header") != std::string::npos);
+  CHECK(refusal(replaced(good, "<f4", ">f4")).find("numbers are '>f4'; write it with numpy.save of float32") !=
         std::string::npos);
-  CHECK(problem(replaced(good, "False", "True ")).find("numpy.ascontiguousarray") != std::string::npos);
-  CHECK(problem(replaced(good, "(2, 3)", "(6,)  ")).find("height x width") != std::string::npos);
-  CHECK(problem(replaced(good, "(2, 3), ", "(0, 30) ")).find("claims 30 x 0") != std::string::npos);
-  CHECK(problem("nothing").find("map: ") == 0);
+  CHECK(refusal(replaced(good, "False", "True ")).find("numpy.ascontiguousarray") != std::string::npos);
+  CHECK(refusal(replaced(good, "(2, 3)", "(6,)  ")).find("height x width") != std::string::npos);
+  CHECK(refusal(replaced(good, "(2, 3), ", "(0, 30) ")).find("claims 30 x 0") != std::string::npos);
+  CHECK(refusal("nothing").find("map: ") == 0);
 }
 
 TEST_CASE("a PNG of 16 bits keeps all of them", "[values]") {
@@ -71,7 +71,7 @@ TEST_CASE("a PNG of 16 bits keeps all of them", "[values]") {
   CHECK(map.values == std::vector<float>{0, 1, 256, 65535});
   CHECK(map.numbers == ValueMap::Numbers::whole);
   const std::string file = png_16_of({0, 1, 256, 65535}, 2);
-  CHECK(problem(file.substr(0, file.size() - 20)).find("map: ") == 0);
+  CHECK(refusal(file.substr(0, file.size() - 20)).find("map: ") == 0);
 }
 
 TEST_CASE("a PNG of 8 bits must be grey to be numbers", "[values]") {

@@ -225,7 +225,7 @@ void append(PointCloud& cloud, const std::vector<double>& values, const Header& 
 }
 
 /// Reads the values of a line. Properties that are not used may hold any word.
-void read_values(WordReader line, const Columns& columns, std::vector<double>& values) {
+void read_row(WordReader line, const Columns& columns, std::vector<double>& values) {
   for (std::size_t k = 0; k < values.size(); ++k) {
     const auto is_column = [k](const std::array<std::size_t, 3>& of) {
       return std::find(of.begin(), of.end(), k) != of.end();
@@ -278,7 +278,7 @@ PointCloud parse_ply_points(std::span<const std::byte> bytes, const std::string&
     for (std::uint64_t i = 0; i < element.count; ++i) next_line();
   for (std::uint64_t i = 0; i < header.vertex.count; ++i) {
     const std::string_view line = next_line();
-    add(i, [&] { read_values(WordReader(line, name), columns, values); });
+    add(i, [&] { read_row(WordReader(line, name), columns, values); });
   }
   bad.check(cloud.positions.size());
   return cloud;

@@ -18,7 +18,7 @@ constexpr std::uint32_t kSeed = 0x7ee1;
 constexpr double kLeastRange = 8;  // largest inverse depth of a view without probes
 
 /// The pictures of one level, one after the other.
-struct Level {
+struct PyramidLevel {
   std::vector<Camera> cameras;
   std::vector<std::uint32_t> offsets;
   std::vector<std::uint32_t> greys;  // PatchMatchArgs::greys
@@ -43,7 +43,7 @@ std::vector<std::uint8_t> small_grey(const Image& image, const Camera& camera) {
 }
 
 /// Every pixel with its neighbours to the right and below, so that a kernel reads once between four pixels.
-void add_picture(const Image& image, Level& level, std::size_t view) {
+void add_picture(const Image& image, PyramidLevel& level, std::size_t view) {
   const int width = level.cameras[view].width, height = level.cameras[view].height;
   const std::vector<std::uint8_t> grey = small_grey(image, level.cameras[view]);
   const auto at = [&](int x, int y) {
@@ -56,8 +56,8 @@ void add_picture(const Image& image, Level& level, std::size_t view) {
 }
 
 /// Views that are not `chosen` have no pixels.
-Level level_of(std::span<const View> views, std::span<const std::uint32_t> chosen, int longer_side) {
-  Level level;
+PyramidLevel level_of(std::span<const View> views, std::span<const std::uint32_t> chosen, int longer_side) {
+  PyramidLevel level;
   level.cameras.resize(views.size());
   level.offsets.resize(views.size());
   std::uint32_t pixels = 0;
@@ -103,7 +103,7 @@ std::array<glm::vec4, 3> transfer(const Camera& from, const Camera& to) {
   return rows;
 }
 
-std::vector<kernels::StereoPair> pairs_of(const Level& level, std::span<const Plan> plans) {
+std::vector<kernels::StereoPair> pairs_of(const PyramidLevel& level, std::span<const Plan> plans) {
   std::vector<kernels::StereoPair> pairs;
   for (std::size_t v = 0; v < plans.size(); ++v)
     for (const std::uint32_t n : plans[v].neighbours) {
@@ -116,7 +116,7 @@ std::vector<kernels::StereoPair> pairs_of(const Level& level, std::span<const Pl
 }
 
 /// Change of inverse depth that moves a point by about a pixel in the neighbour with the widest baseline.
-double pixel_step(const Level& level, const Plan& plan, std::size_t view) {
+double pixel_step(const PyramidLevel& level, const Plan& plan, std::size_t view) {
   double farthest = 0;
   for (const std::uint32_t n : plan.neighbours) {
     const Camera& other = level.cameras[n];
@@ -142,7 +142,8 @@ double nearest_of(const Camera& camera, const Probes& probes) {
 /// The buffers of one level, and the launches on them.
 class Matcher {
  public:
-  Matcher(gpu::Device& gpu, const Level& level, std::span<const Plan> plans) : gpu_(gpu), level_(level), plans_(plans) {
+  Matcher(gpu::Device& gpu, const PyramidLevel& level, std::span<const Plan> plans)
+      : gpu_(gpu), level_(level), plans_(plans) {
     const std::vector<kernels::StereoPair> pairs = pairs_of(level, plans);
     greys_ = gpu.allocate(4 * level.greys.size(), "pictures of stereo");
     planes_ = gpu.allocate(16 * level.greys.size(), "planes of stereo");
@@ -228,7 +229,7 @@ class Matcher {
   }
 
   gpu::Device& gpu_;
-  const Level& level_;
+  const PyramidLevel& level_;
   std::span<const Plan> plans_;
   gpu::Buffer greys_, planes_, before_, agreeing_, pairs_;
   std::uint32_t iteration_ = 0;
@@ -269,7 +270,7 @@ std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, 
   const int side = longer_side(views, chosen, options);
   std::vector<Plan> plans(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) plans[v] = {neighbours[v], nearest_of(views[v].camera, probes[v])};
-  std::vector<Level> levels;
+  std::vector<PyramidLevel> levels;
   for (const int share : {4, 2, 1}) levels.push_back(level_of(views, chosen, std::max(1, side / share)));
   if (levels.back().greys.empty() || pairs_of(levels.back(), plans).empty()) return maps;
   constexpr double kSearch[] = {16, 8, 4, 2, 1, 0.5}, kRefine[] = {1, 0.5}, kGeometric[] = {0.5, 0.25};
