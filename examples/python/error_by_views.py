@@ -80,8 +80,9 @@ def main() -> None:
         error = ((np.clip(colour, 0, 1) - view.image[..., :3] / 255) ** 2).mean(-1).ravel()
         with np.errstate(invalid="ignore", divide="ignore"):  # pixels without a triangle are at infinity
             row = row_of_pixels(view.camera, surface(view.camera, depth.astype(float)), train)
-        pixels += np.bincount(row, minlength=len(ROWS))
-        squares += np.bincount(row, error, len(ROWS))
+        counts = np.ones(len(row), bool) if view.mask is None else view.mask.ravel() > 0
+        pixels += np.bincount(row[counts], minlength=len(ROWS))
+        squares += np.bincount(row[counts], error[counts], len(ROWS))
     print(f"{'surface':28}{'pixels':>8}{'error':>8}{'PSNR':>10}")
     for name, n, sum_of_squares in zip(ROWS, pixels, squares):
         psnr = f"{-10 * np.log10(sum_of_squares / n):7.2f} dB" if n else "-"

@@ -469,7 +469,7 @@ TEST_CASE("pruning to the knee during training resumes from a checkpoint with th
   }
 }
 
-TEST_CASE("no image is downloaded to the host, from the first step to the last measurement", "[trainer][driver]") {
+TEST_CASE("no image is downloaded to the host, from the first step to the last measurement", "[trainer]") {
   auto gpu = test::open_device();
   // Covers refinement with both recipes, pruning, painting, exposures, reports and evaluations.
   train::Settings settings = short_settings();

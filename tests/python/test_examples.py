@@ -51,6 +51,24 @@ class Examples(SceneTest):
         vertices = np.array([line.split()[1:] for line in lines if line.startswith("v ")], float)
         np.testing.assert_allclose(vertices, model.vertices.reshape(-1, 3), rtol=1e-6)
 
+    def test_error_by_views(self) -> None:
+        self.model(100).save(self.folder / "soup.glb")
+        said = self.example("error_by_views.py", self.folder / "scene", self.folder / "soup.glb").splitlines()
+        shares = [[float(share) for share in re.findall(r"([\d.]+)%", line)] for line in said[1:]]
+        np.testing.assert_allclose(np.sum(shares, axis=0), 100, atol=0.3)
+        self.assertGreater(shares[3][0], 10)  # the scene is photographed all round
+
+        # Cameras 1 above a plane and beside each other.
+        example = runpy.run_path(str(SOURCE / "examples/python/error_by_views.py"), run_name="example")
+        plane = np.ones((16, 16))
+        above = lambda x: trisoup.Camera.look_at((x, 0, 1), (x, 0, 0), (0, 1, 0), 60, 16, 16)
+        points = example["surface"](above(0), plane)
+        np.testing.assert_allclose(points[:, 2], 0, atol=1e-9)
+        row = lambda *train: example["row_of_pixels"](above(0), points, list(train))[16 * 8 + 8]
+        near, far, beyond = (above(0.1), plane), (above(0.2), plane), (above(-0.3), plane)
+        self.assertEqual([row(), row(near), row(near, far), row(near, far, beyond)], [0, 1, 2, 3])
+        self.assertEqual([row(near, (above(-0.3), 0.9 * plane)), row((above(9), plane))], [1, 0])
+
     @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "matplotlib is not installed")
     def test_chart(self) -> None:
         said = self.example("sweep_budget.py", self.folder / "scene", self.folder / "chart.png", 5, 20, 40)
