@@ -34,11 +34,12 @@ def shown_by(camera: trisoup.Camera, depth: Floats, points: Floats) -> NDArray[n
     x, y = camera.fx * local[:, 0] / z + camera.cx, camera.fy * local[:, 1] / z + camera.cy
     inside = (z > 0) & (x >= 0) & (y >= 0) & (x < camera.width) & (y < camera.height)
     left, top = (np.floor(np.where(inside, c, 0) - 0.5).astype(int) for c in (x, y))
+    shown = np.zeros(len(points), bool)
     for i in (0, 1):
         for j in (0, 1):
             seen = depth[np.clip(top + j, 0, camera.height - 1), np.clip(left + i, 0, camera.width - 1)]
-            hit = np.abs(seen - z) <= TOLERANCE * z if i == j == 0 else hit | (np.abs(seen - z) <= TOLERANCE * z)
-    return inside & hit
+            shown |= np.abs(seen - z) <= TOLERANCE * z
+    return inside & shown
 
 
 def directions(points: Floats, camera: trisoup.Camera) -> Floats:
