@@ -2,7 +2,7 @@
 
 error_by_views.py DATASET MODEL [RESOLUTION]: a row for pixels whose surface no training view shows unhidden, one shows,
 several show but all from one side, and several show with the test camera between them. PSNR is that of all such pixels
-together.
+together, without the exposures of cameras.
 """
 
 import sys
@@ -49,7 +49,8 @@ def directions(points: Floats, camera: trisoup.Camera) -> Floats:
     return to / np.linalg.norm(to, axis=1, keepdims=True)
 
 
-def row_of_pixels(camera: trisoup.Camera, points: Floats, train: list[tuple[trisoup.Camera, Floats]]) -> Floats:
+def row_of_pixels(
+        camera: trisoup.Camera, points: Floats, train: list[tuple[trisoup.Camera, Floats]]) -> NDArray[np.int64]:
     """The number in ROWS of each pixel. A test camera is between views if one lies, within 60 degrees, on the side away
     from the nearest one, as seen from the surface."""
     own = directions(points, camera)
