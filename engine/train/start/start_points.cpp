@@ -150,10 +150,8 @@ Thinned thinned(const scene::Points& points, const std::vector<std::uint32_t>& u
 }
 
 std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras) {
-  constexpr double kOfMost = 4, kOfCameras = 8;
-  std::vector<double> distances;
-  for (const glm::dvec3& p : points) distances.push_back(glm::length(p));
-  double limit = kOfMost * percentile(std::move(distances), 0.9);
+  constexpr double kOfCameras = 64;
+  double limit = kOfCameras;  // at least, should all cameras stand at the origin
   for (const glm::dvec3& c : cameras) limit = std::max(limit, kOfCameras * glm::length(c));
   std::vector<glm::dvec3> result(points.begin(), points.end());
   for (glm::dvec3& p : result)
