@@ -150,9 +150,12 @@ Thinned thinned(const scene::Points& points, const std::vector<std::uint32_t>& u
 }
 
 std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras) {
-  constexpr double kOfCameras = 64;
-  double limit = kOfCameras;  // at least, should all cameras stand at the origin
-  for (const glm::dvec3& c : cameras) limit = std::max(limit, kOfCameras * glm::length(c));
+  constexpr double kOfMost = 4, kLeast = 8, kMost = 64;
+  std::vector<double> distances;
+  double camera = 1e-3;
+  for (const glm::dvec3& p : points) distances.push_back(glm::length(p));
+  for (const glm::dvec3& c : cameras) camera = std::max(camera, glm::length(c));
+  const double limit = std::clamp(kOfMost * percentile(std::move(distances), 0.9), kLeast * camera, kMost * camera);
   std::vector<glm::dvec3> result(points.begin(), points.end());
   for (glm::dvec3& p : result)
     if (const double r = glm::length(p); r > limit) p *= limit * (1.0 + std::log(r / limit)) / r;
