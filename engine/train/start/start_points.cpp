@@ -152,7 +152,7 @@ Thinned thinned(const scene::Points& points, const std::vector<std::uint32_t>& u
 std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras) {
   constexpr double kOfMost = 4, kLeast = 8, kMost = 64;
   std::vector<double> distances;
-  double camera = 1e-3;
+  double camera = 1;  // about the mean of normalised cameras, unless all stand in one place
   for (const glm::dvec3& p : points) distances.push_back(glm::length(p));
   for (const glm::dvec3& c : cameras) camera = std::max(camera, glm::length(c));
   const double limit = std::clamp(kOfMost * percentile(std::move(distances), 0.9), kLeast * camera, kMost * camera);
