@@ -26,9 +26,10 @@ struct Thinned {
 Thinned thinned(const scene::Points& points, const std::vector<std::uint32_t>& usable, std::size_t max_points);
 
 /// Points far behind most others, drawn nearer: a distance r from the origin becomes R (1 + log(r / R)) beyond R, which
-/// is 8 to 64 times that of the farthest camera. Qhull would have to jitter all points by more than their distances
-/// where some are hundreds of times as far as others, even if these are many, as those of a measured sky. That far out
-/// the lines of sight of all cameras are nearly radial, so what is in front of what stays as it is. cameras: positions.
+/// is 8 to 64 times that of the farthest camera, or of 1. Qhull would have to jitter all points by more than their
+/// distances where some are hundreds of times as far as others, even if these are many, as those of a measured sky.
+/// That far out the lines of sight of all cameras are nearly radial, so what is in front of what stays as it is.
+/// cameras: positions.
 std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras);
 
 /// Contracts space as in Mip-NeRF 360 (Barron et al. 2022): points within distance 1 of the origin stay, others move to
