@@ -60,7 +60,8 @@ export class TriSoup extends SoupAttributes {
     this.#controls = new Controls(this, root);
     this.#input = this.#makeInput();
     this.addEventListener("click", (event) => this.#clickHotspot(event));
-    this.#intersection = new IntersectionObserver(([entry]) => this.#intersects(entry.isIntersecting),
+    // A busy page is told of several frames at once: the last entry is today's.
+    this.#intersection = new IntersectionObserver((entries) => this.#intersects(entries.at(-1).isIntersecting),
       { rootMargin: LAZY_MARGIN });
   }
 

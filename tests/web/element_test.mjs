@@ -567,6 +567,19 @@ test("a lazy element loads when it comes near, and one without interaction does 
   }, { wait: false });
 });
 
+test("a lazy element loads if it was out of sight one frame ago", () => {
+  pages["/busy.html"] = html('<tri-soup src="/model.glb" loading="lazy"></tri-soup>');
+  return on("/busy.html", async (page) => {
+    assert.equal(await page.run(state).then(({ position }) => position.length), 3);
+  }, { begin: () => {
+    window.IntersectionObserver = class {
+      constructor(tell) { this.tell = tell; }
+      observe() { setTimeout(() => this.tell([{ isIntersecting: false }, { isIntersecting: true }])); }
+      disconnect() {}
+    };
+  } });
+});
+
 test("a page opened from a disk says what to do", () => on(`file://${join(scratch, "product", "index.html")}`,
   async (page) => {
   await page.run(() => new Promise((resolve) => setTimeout(resolve, 2600)));
@@ -659,8 +672,13 @@ test("the examples run", () => {
     const soup = (id) => page.run(async (name) => {
       const element = document.getElementById(name);
       element.scrollIntoView();
-      while (!element.loaded || (element.moving && !element.autorotate && element.paused))
+      const begun = performance.now();
+      while (!element.loaded || (element.moving && !element.autorotate && element.paused)) {
+        if (performance.now() > begun + 40_000)
+          throw new Error(`${name}: loaded ${element.loaded}, moving ${element.moving}, paused ${element.paused}, ` +
+            `at ${JSON.stringify(element.getBoundingClientRect())}, "${element.shadowRoot.textContent}"`);
         await new Promise((resolve) => setTimeout(resolve, 20));
+      }
       const { position, target, index } = element.camera;
       return { index, distance: Math.hypot(...target.map((x, i) => x - position[i])) };
     }, id);
@@ -671,9 +689,10 @@ test("the examples run", () => {
     await page.run(press, "back");
     assert.equal((await soup("camera")).index, 0);
     await soup("path");
-    await page.run(press, "play");
-    await page.run(() => new Promise((resolve) =>
-      document.getElementById("path").addEventListener("timeupdate", resolve, { once: true })));
+    await page.run(() => new Promise((resolve) => {
+      document.getElementById("path").addEventListener("timeupdate", resolve, { once: true });
+      document.getElementById("play").click();
+    }));
     assert.match(await page.run(() => document.getElementById("time").textContent), /^\d+\.\d of 8\.0 s$/);
     await page.run(() => document.getElementById("path").pause());
     await soup("hotspots");
