@@ -81,10 +81,11 @@ FN float pair_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN_
 }
 
 /// Mean cost of the two of the chosen neighbours that match best: the point may be hidden in the others. Where one
-/// alone shows the place, it has to match better.
+/// alone shows the place, it has to match better; even more so where others could show it too. Without the latter,
+/// planes that two neighbours match by chance would win over one that is hidden in all but one.
 FN float plane_cost(TAKES_ARGUMENTS uint chosen, IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25),
                     float x, float y, vec3 plane) {
-  const float alone = 0.1f;
+  const float alone = 0.1f, hidden_elsewhere = 0.2f;
   float first = kNotShown, second = kNotShown;
   for (uint k = 0u; k < a.pair_count; ++k) {
     if (((chosen >> k) & 1u) == 0u) continue;
@@ -92,7 +93,7 @@ FN float plane_cost(TAKES_ARGUMENTS uint chosen, IN_ARRAY_OF(float, greys, 25), 
     second = min(second, max(first, cost));
     first = min(first, cost);
   }
-  return second < kNotShown ? 0.5f * (first + second) : first + alone;
+  return second < kNotShown ? min(0.5f * (first + second), first + hidden_elsewhere) : first + alone;
 }
 
 /// The neighbours in which a plane matches best, at most `compared`; bit k: neighbour k.

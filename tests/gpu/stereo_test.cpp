@@ -10,6 +10,7 @@
 #include "scene/stereo/dense_points.h"
 #include "scene/stereo/depth_maps.h"
 #include "scene/stereo/neighbours.h"
+#include "scene/stereo/support.h"
 #include "scene/stereo/surface_points.h"
 
 using namespace trisoup;
@@ -101,6 +102,48 @@ TEST_CASE("stereo leaves masked and plain pixels out", "[stereo][trainer]") {
     for (int y = 0; y < test::kBoardHeight; ++y)
       for (int x = 0; x < test::kBoardWidth; ++x)
         if (y < 20 || y >= 48) CHECK(map.agreeing[static_cast<std::size_t>(y * test::kBoardWidth + x)] == 0);
+}
+
+TEST_CASE("two views find the depth of what a third one shows otherwise", "[stereo][trainer]") {
+  auto gpu = test::open_device();
+  std::vector<scene::View> views = photographs(3);
+  for (std::size_t i = 0; i < views[2].image.rgba.size(); ++i)  // noise: nothing of the scene
+    if (i % 4 != 3) views[2].image.rgba[i] = static_cast<std::uint8_t>(i * i * 2654435761u >> 13);
+  const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});
+  int right = 0, wrong = 0;
+  for (int v = 0; v < 2; ++v)
+    for (int y = 0; y < test::kBoardHeight; ++y)
+      for (int x = 0; x < test::kBoardWidth; ++x) {
+        const scene::DepthMap& map = maps[static_cast<std::size_t>(v)];
+        const auto pixel = static_cast<std::size_t>(y * map.camera.width + x);
+        if (map.agreeing[pixel] == 0) continue;
+        const double depth = true_depth(eye_of(v), ray_of(map.camera, x, y));
+        ++(std::abs(double(map.planes[pixel].x) * depth - 1) < 0.02 ? right : wrong);
+      }
+  CHECK(right > 7000);
+  CHECK(wrong < 1000);
+}
+
+TEST_CASE("planes of one neighbour need support by the pixels around", "[stereo][trainer]") {
+  scene::DepthMap map;
+  map.camera.width = map.camera.height = 16;
+  map.pixel_step = 1e-4;
+  const auto at = [](int x, int y) { return static_cast<std::size_t>(16 * y + x); };
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) map.planes.emplace_back(1.0f + 0.05f * float(x), 0.05f, 0.0f, 0.1f);
+  map.agreeing.assign(256, 1);
+  map.planes[at(8, 8)] = glm::vec4(3.0f, 0.0f, 0.0f, 0.0f);  // matches well, but stands alone
+  map.planes[at(3, 12)] = glm::vec4(3.0f, 0.0f, 0.0f, 0.0f);
+  map.agreeing[at(3, 12)] = 3;  // stands alone too, but two neighbours agree
+  map.agreeing[at(12, 3)] = 0;
+  std::vector<std::uint32_t> expected = map.agreeing;
+  expected[at(8, 8)] = 0;
+  scene::drop_unsupported(map);
+  CHECK(map.agreeing == expected);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) map.agreeing[at(x, y)] = x % 4 == 0 ? 1 : 0;  // a quarter of the pixels around
+  scene::drop_unsupported(map);
+  CHECK(std::count(map.agreeing.begin(), map.agreeing.end(), 0u) == 256);
 }
 
 TEST_CASE("stereo needs views with parallax", "[stereo]") {

@@ -6,14 +6,12 @@
 #include <optional>
 
 #include "scene/stereo/parallax.h"
+#include "scene/stereo/support.h"
 
 namespace trisoup::scene {
 namespace {
 
-/// Largest relative difference of depths of one surface, and smallest one of surfaces that are clearly apart.
-constexpr double kSameDepth = 0.03, kOtherDepth = 0.1;
-/// Inverse depth, in steps of a pixel, up to which depths of one surface may differ by a pixel.
-constexpr double kFewSteps = 8;
+constexpr double kOtherDepth = 0.1;  // smallest relative difference of depths of surfaces that are clearly apart
 /// Pixels in an agreeing neighbour. Less than kLeastParallax tells no depth, but may tell that a place is far.
 constexpr double kLeastParallax = 2, kLeastFarParallax = 1;
 /// Distance of what is far, as a multiple of CameraCloud::radius. It may be off by much and hides nothing near.
@@ -45,8 +43,7 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   if (plane.w > kLargestPlaneCost) return result;
   const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / shown->depth;
   const double apart = std::abs(w - own), larger = std::max(w, own);
-  const bool moves_little = larger <= kFewSteps * map.pixel_step;
-  if (apart <= std::max(kSameDepth * larger, moves_little ? map.pixel_step : 0.0)) result.verdict = Verdict::same;
+  if (same_surface(w, own, map.pixel_step)) result.verdict = Verdict::same;
   // A plane that no neighbour has too contradicts nothing.
   else if (apart > kOtherDepth * larger + map.pixel_step && std::popcount(map.agreeing[result.pixel]) >= kAgreeing)
     result.verdict = w > own ? Verdict::nearer : Verdict::farther;

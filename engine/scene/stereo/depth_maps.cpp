@@ -10,6 +10,7 @@
 #include "base/parallel_for.h"
 #include "scene/lens/area_resample.h"
 #include "scene/stereo/neighbours.h"
+#include "scene/stereo/support.h"
 
 namespace trisoup::scene {
 namespace {
@@ -297,6 +298,7 @@ std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, 
     done += kWork[l];
     if (options.progress) options.progress(done, kTotal);
   }
+  parallel_for(static_cast<int>(maps.size()), 0, [&](int v) { drop_unsupported(maps[static_cast<std::size_t>(v)]); });
   return maps;
 }
 
