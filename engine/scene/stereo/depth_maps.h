@@ -38,10 +38,10 @@ inline constexpr float kLargestPlaneCost = 0.6f;
 /// normal diffusion", ICCV 2015), at a quarter, half and the whole of the size, with the neighbours' planes as a
 /// further witness (Xu and Tao, "Multi-scale geometric consistency guided multi-view stereo", CVPR 2019). Where the
 /// whole size finds none, as in plain places, the planes of half the size stay. Unsupported planes do not count
-/// (support.h). Where there are too many views for
-/// `pixels`, only views spread evenly over the others have a map; the maps of the rest are empty. views: normalised
-/// coordinates, with their photographs. points: sparse points, which tell neighbours and the range of depths; may be
-/// empty. The result is the same for any device of a backend. Throws Error if the device fails. [views]
+/// (support.h). Where there are too many views for `pixels`, only views spread evenly over the others have a map; the
+/// maps of the rest are empty. views: normalised coordinates, with their photographs. points: sparse points, which tell
+/// neighbours and the range of depths; may be empty. The result is the same for any device of a backend. Throws Error
+/// if the device fails. [views]
 std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, const Points& points,
                                  const DepthMapOptions& options);
 
