@@ -121,7 +121,7 @@ TEST_CASE("two views find the depth of what a third one shows otherwise", "[ster
         ++(std::abs(double(map.planes[pixel].x) * depth - 1) < 0.02 ? right : wrong);
       }
   CHECK(right > 7000);
-  CHECK(wrong < 1000);
+  CHECK(wrong < 650);  // 817 without drop_unsupported()
 }
 
 TEST_CASE("planes of one neighbour need support by the pixels around", "[stereo][trainer]") {
@@ -141,7 +141,7 @@ TEST_CASE("planes of one neighbour need support by the pixels around", "[stereo]
   scene::drop_unsupported(map);
   CHECK(map.agreeing == expected);
   for (int y = 0; y < 16; ++y)
-    for (int x = 0; x < 16; ++x) map.agreeing[at(x, y)] = x % 4 == 0 ? 1 : 0;  // a quarter of the pixels around
+    for (int x = 0; x < 16; ++x) map.agreeing[at(x, y)] = x % 4 == 0 ? 1 : 0;  // lines without neighbours
   scene::drop_unsupported(map);
   CHECK(std::count(map.agreeing.begin(), map.agreeing.end(), 0u) == 256);
 }
