@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "base/parallel_for.h"
 
@@ -10,9 +11,16 @@ namespace trisoup::scene {
 namespace {
 
 constexpr std::size_t kFewProbes = 24, kManyProbes = 200;
-/// Angle between the directions to a place at which depth is told best, and the angle up to which surfaces look alike.
-constexpr double kBestAngle = 13 * 3.14159265358979 / 180, kLargestAngle = 50 * 3.14159265358979 / 180;
-constexpr double kLargestScale = 1.8;  // ratio of distances to a place
+/// Angle between the directions to a place at which depth is told best.
+constexpr double kBestAngle = 13 * 3.14159265358979 / 180;
+
+/// Up to which angle, and up to which ratio of the distances to a place, views are compared.
+struct Limits {
+  double angle, scale;
+};
+/// Surfaces look alike up to the former. Someone who walks past shows what is near at wider angles, or twice as large,
+/// and perhaps never again: up to the latter, views are better than none.
+constexpr Limits kAlikeLimits{50 * 3.14159265358979 / 180, 1.8}, kWideLimits{80 * 3.14159265358979 / 180, 3};
 /// Smallest gain of a further neighbour, as a share of the probes.
 constexpr double kLeastGain = 0.01;
 
@@ -35,51 +43,70 @@ void add_guesses(const Camera& camera, double depth, std::vector<glm::dvec3>& pl
 }
 
 /// How well a view at `b` tells the depth of a place that a view at `a` sees: 0 to 1.
-double worth(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& place) {
+double worth(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& place, const Limits& limits) {
   const glm::dvec3 to_a = a - place, to_b = b - place;
   const double far_a = glm::length(to_a), far_b = glm::length(to_b);
   if (!(far_a > 0 && far_b > 0)) return 0;
   const double angle = std::acos(std::clamp(glm::dot(to_a, to_b) / (far_a * far_b), -1.0, 1.0));
   const double scale = std::max(far_a, far_b) / std::min(far_a, far_b);
-  if (angle > kLargestAngle || scale > kLargestScale) return 0;
+  if (angle > limits.angle || scale > limits.scale) return 0;
   const double of_angle = angle < kBestAngle ? std::pow(angle / kBestAngle, 1.5)
-                                             : 1.0 - 0.8 * (angle - kBestAngle) / (kLargestAngle - kBestAngle);
-  return of_angle * (kLargestScale - scale) / (kLargestScale - 1);
+                                             : 1.0 - 0.8 * (angle - kBestAngle) / (limits.angle - kBestAngle);
+  return of_angle * (limits.scale - scale) / (limits.scale - 1);
 }
 
-std::vector<std::uint32_t> neighbours_of(std::span<const View> views, std::span<const std::uint32_t> among,
-                                         std::uint32_t view, const Probes& probes, std::size_t most) {
-  const glm::dvec3 centre = views[view].camera.centre();
-  const std::size_t count = probes.size();
-  std::vector<std::vector<double>> worths(views.size());
-  for (const std::uint32_t v : among) {
-    if (v == view) continue;
-    if (glm::dot(views[v].camera.forward(), views[view].camera.forward()) < 0.2) continue;
-    const glm::dvec3 other = views[v].camera.centre();
-    double sum = 0;
-    std::vector<double> each(count, 0.0);
-    for (std::size_t p = 0; p < count; ++p)
-      if (shown_at(views[v].camera, probes[p])) sum += each[p] = worth(centre, other, probes[p]);
-    if (sum > 0) worths[v] = std::move(each);
-  }
-  std::vector<double> open(count, 1.0);  // share of a probe that no neighbour covers yet
-  std::vector<std::uint32_t> chosen;
-  while (chosen.size() < most) {
-    double best = kLeastGain * static_cast<double>(count);
-    std::optional<std::uint32_t> next;
-    for (const std::uint32_t v : among) {
-      double gain = 0;
-      for (std::size_t p = 0; p < worths[v].size(); ++p) gain += open[p] * worths[v][p];
-      if (gain > best) best = gain, next = v;
+/// Chooses neighbours of one view.
+class Choice {
+ public:
+  Choice(std::span<const View> views, std::span<const std::uint32_t> among, std::uint32_t view, const Probes& probes)
+      : views_(views), among_(among), view_(view), probes_(probes), open_(probes.size(), 1.0) {}
+
+  /// Adds neighbours within the limits, until there are `most`.
+  void add(const Limits& limits, std::size_t most) {
+    std::vector<std::vector<double>> worths = worths_of(limits);
+    while (chosen_.size() < most) {
+      double best = kLeastGain * static_cast<double>(probes_.size());
+      std::optional<std::uint32_t> next;
+      for (const std::uint32_t v : among_) {
+        double gain = 0;
+        for (std::size_t p = 0; p < worths[v].size(); ++p) gain += open_[p] * worths[v][p];
+        if (gain > best) best = gain, next = v;
+      }
+      if (!next) break;
+      // Two neighbours have to agree on a place: one alone leaves half of its worth open.
+      for (std::size_t p = 0; p < open_.size(); ++p) open_[p] *= 1.0 - 0.5 * worths[*next][p];
+      worths[*next].clear();
+      chosen_.push_back(*next);
     }
-    if (!next) break;
-    // Two neighbours have to agree on a place: one alone leaves half of its worth open.
-    for (std::size_t p = 0; p < count; ++p) open[p] *= 1.0 - 0.5 * worths[*next][p];
-    worths[*next].clear();
-    chosen.push_back(*next);
   }
-  return chosen;
-}
+
+  std::vector<std::uint32_t> take() { return std::move(chosen_); }
+
+ private:
+  /// [view][probe], empty for views that cannot be neighbours, or are already.
+  std::vector<std::vector<double>> worths_of(const Limits& limits) const {
+    const Camera& camera = views_[view_].camera;
+    std::vector<std::vector<double>> worths(views_.size());
+    for (const std::uint32_t v : among_) {
+      const Camera& other = views_[v].camera;
+      if (v == view_ || std::find(chosen_.begin(), chosen_.end(), v) != chosen_.end()) continue;
+      if (glm::dot(other.forward(), camera.forward()) < 0.2) continue;
+      double sum = 0;
+      std::vector<double> each(probes_.size(), 0.0);
+      for (std::size_t p = 0; p < probes_.size(); ++p)
+        if (shown_at(other, probes_[p])) sum += each[p] = worth(camera.centre(), other.centre(), probes_[p], limits);
+      if (sum > 0) worths[v] = std::move(each);
+    }
+    return worths;
+  }
+
+  std::span<const View> views_;
+  std::span<const std::uint32_t> among_;
+  std::uint32_t view_;
+  const Probes& probes_;
+  std::vector<double> open_;  // share of a probe that no neighbour covers yet
+  std::vector<std::uint32_t> chosen_;
+};
 
 }  // namespace
 
@@ -135,7 +162,9 @@ std::vector<std::vector<std::uint32_t>> stereo_neighbours(std::span<const View> 
   std::vector<std::vector<std::uint32_t>> result(views.size());
   parallel_for(static_cast<int>(among.size()), 0, [&](int i) {
     const std::uint32_t v = among[static_cast<std::size_t>(i)];
-    result[v] = neighbours_of(views, among, v, probes[v], most);
+    Choice choice(views, among, v, probes[v]);
+    for (const Limits& limits : {kAlikeLimits, kWideLimits}) choice.add(limits, most);
+    result[v] = choice.take();
   });
   return result;
 }

@@ -22,8 +22,9 @@ std::vector<std::uint32_t> spread_views(std::span<const View> views, std::size_t
 
 /// Up to `most` neighbours of each of the views `among`, best first. Neighbours see the same places at angles wide
 /// enough to tell depth and small enough to look alike, and at a like scale; together they cover as many of the view's
-/// probes as they can (Goesele et al., "Multi-view stereo for community photo collections", ICCV 2007). Neighbours are
-/// among them too; the other views have none. [views]
+/// probes as they can (Goesele et al., "Multi-view stereo for community photo collections", ICCV 2007). Where there are
+/// too few such views, wider angles and scales follow. Neighbours are among them too; the other views have none.
+/// [views]
 std::vector<std::vector<std::uint32_t>> stereo_neighbours(std::span<const View> views, std::span<const Probes> probes,
                                                           std::span<const std::uint32_t> among, std::size_t most);
 
