@@ -63,6 +63,7 @@ class Choice {
 
   /// Adds neighbours within the limits, until there are `most`.
   void add(const Limits& limits, std::size_t most) {
+    if (chosen_.size() >= most) return;
     std::vector<std::vector<double>> worths = worths_of(limits);
     while (chosen_.size() < most) {
       double best = kLeastGain * static_cast<double>(probes_.size());
