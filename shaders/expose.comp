@@ -5,7 +5,6 @@
 #include "common/block_grid.h"
 #include "common/exposure.h"
 #include "common/exposure_table.h"
-#include "common/photograph.h"
 
 KERNEL(64, ExposeArgs) {
   const uint block = group_index(), thread = gl_LocalInvocationIndex;
@@ -18,10 +17,8 @@ KERNEL(64, ExposeArgs) {
     const uvec2 at = block_pixel(corner, thread, k);
     const uint index = offset + at.y * width + at.x;
     if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
-    const vec3 photograph = photograph_colour(a.target.v[index]);
-    const vec3 colour =
+    const vec3 shown =
         exposed(exposure, vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]));
-    const vec3 shown = recorded(colour, photograph);
     UNROLL for (uint c = 0u; c < 3u; ++c) a.colour.v[index * 3u + c] = shown[c];
   }
 }

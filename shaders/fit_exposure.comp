@@ -1,4 +1,5 @@
-// Fits the exposures of a batch's photographs and removes the mean exposure of all photographs. One workgroup.
+// Fits the exposures of a batch's photographs. What they differ from the start's is shrunk, without its mean over all
+// photographs. One workgroup.
 #include "common/kernel.h"
 #include "args/fit_exposure.h"
 #include "common/exposure.h"
@@ -7,21 +8,23 @@
 
 ARGUMENTS(FitExposureArgs)
 
-SHARED vec4 s_gain[64], s_offset[64];
+SHARED vec4 s_gain[64];
+SHARED float s_squares[64];
 
-/// Sums over photographs.
+/// Sums over photographs of gains beyond the start's.
 struct ExposureTotal {
-  vec3 gain, offset;
-  float variance, squares;  // squares: of gains minus 1
+  vec3 gain;
+  float variance, squares;
 };
 
-FN void add_exposure(IN(Exposure) m, float weight, INOUT(ExposureTotal) total) {
-  const vec3 gain = m.gain - 1.0f;
-  total.gain += weight * m.gain;
-  total.offset += weight * m.offset;
+FN void add_exposure(IN(Exposure) m, vec3 start, float weight, INOUT(ExposureTotal) total) {
+  const vec3 gain = m.gain - start;
+  total.gain += weight * gain;
   total.variance += weight * m.variance;
   total.squares += weight * dot(gain, gain);
 }
+
+FN vec3 start_of(TAKES_ARGUMENTS uint photograph) { return load_exposure(a.start, photograph).gain; }
 
 /// Whether no earlier view of the batch shows the same photograph. A batch that spans two epochs can contain a
 /// photograph twice.
@@ -42,47 +45,49 @@ FN Exposure fit(TAKES_ARGUMENTS uint view) {
       sums[i][c] += from_fixed(a.sums_low.v[at], a.sums_high.v[at]);
     }
   }
-  return fitted_exposure(sums);
+  const uint photograph = a.views.v[view].index;
+  return fitted_exposure(sums, load_exposure(a.exposure, photograph), start_of(GIVES_ARGUMENTS photograph));
 }
 
 KERNEL_MAIN(64) {
   const uint thread = gl_LocalInvocationIndex;
   const bool keep = a.control.v[0].overflow != 0u;  // this step will be repeated
   ExposureTotal total;
-  total.gain = total.offset = vec3(0.0f);
+  total.gain = vec3(0.0f);
   total.variance = total.squares = 0.0f;
-  for (uint i = thread; i < a.photographs; i += 64u) add_exposure(load_exposure(a.fitted, i), 1.0f, total);
+  for (uint i = thread; i < a.photographs; i += 64u)
+    add_exposure(load_exposure(a.fitted, i), start_of(GIVES_ARGUMENTS i), 1.0f, total);
   barrier();  // all values are read before any is changed
   for (uint view = thread; view < a.view_count; view += 64u) {
     if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
     const uint photograph = a.views.v[view].index;
-    add_exposure(load_exposure(a.fitted, photograph), -1.0f, total);
+    const vec3 start = start_of(GIVES_ARGUMENTS photograph);
+    add_exposure(load_exposure(a.fitted, photograph), start, -1.0f, total);
     const Exposure now = fit(GIVES_ARGUMENTS view);
-    add_exposure(now, 1.0f, total);
+    add_exposure(now, start, 1.0f, total);
     store_exposure(a.fitted, photograph, now);
   }
   s_gain[thread] = vec4(total.gain, total.variance);
-  s_offset[thread] = vec4(total.offset, total.squares);
+  s_squares[thread] = total.squares;
   barrier();
-  total.gain = total.offset = vec3(0.0f);
+  total.gain = vec3(0.0f);
   total.variance = total.squares = 0.0f;
   for (uint i = 0u; i < 64u; ++i) {
     total.gain += vec3(s_gain[i]);
-    total.offset += vec3(s_offset[i]);
     total.variance += s_gain[i].w;
-    total.squares += s_offset[i].w;
+    total.squares += s_squares[i];
   }
   const float one = 1.0f / float(a.photographs);
-  Exposure mean;
-  mean.gain = one * total.gain;
-  mean.offset = one * total.offset;
-  mean.variance = one * total.variance;
-  const float spread = (one * total.squares - dot(mean.gain - 1.0f, mean.gain - 1.0f)) / 3.0f;
-  const float share = exposure_share(spread, mean.variance);
+  const vec3 mean = one * total.gain;
+  const float spread = (one * total.squares - dot(mean, mean)) / 3.0f;
+  const float share = exposure_share(spread, one * total.variance);
   for (uint view = thread; view < a.view_count; view += 64u) {
     if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
     const uint photograph = a.views.v[view].index;
-    store_exposure(a.exposure, photograph, exposure_beyond(load_exposure(a.fitted, photograph), mean, share));
+    const vec3 start = start_of(GIVES_ARGUMENTS photograph);
+    Exposure shrunk = load_exposure(a.fitted, photograph);
+    shrunk.gain = start + share * (shrunk.gain - start - mean);
+    store_exposure(a.exposure, photograph, shrunk);
   }
   for (uint i = thread; i < a.view_count * 4u * EXPOSURE_SUMS; i += 64u) {
     a.sums_low.v[i] = kFixedZero;

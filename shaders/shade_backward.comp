@@ -6,7 +6,6 @@
 #include "common/block_grid.h"
 #include "common/exposure.h"
 #include "common/exposure_table.h"
-#include "common/photograph.h"
 #include "common/pixel_centre.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"
@@ -71,8 +70,7 @@ KERNEL_MAIN(64) {
           vec3 dc = vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb;
           float own_dmix;
           if (a.exposed != 0u)
-            dc = recorded_backward(load_exposure(a.exposure, a.views.v[view].index), skip_connection(f, own_y),
-                                   photograph_colour(a.target.v[p.index[k]]), dc);
+            dc = exposed_backward(load_exposure(a.exposure, a.views.v[view].index), skip_connection(f, own_y), dc);
           skip_connection_backward(f, own_y, dc, own_dy, own_drgb, own_dmix);
           UNROLL for (uint c = 0u; c < 3u; ++c) {
             LANE(dy[c], k) = own_dy[c];

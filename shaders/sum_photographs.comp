@@ -1,10 +1,12 @@
-// Sums the photographs' colours on each triangle's finest lattice. A pixel contributes to three samples with the
-// weights of a texture lookup.
+// Sums the photographs' colours, without their exposures, on each triangle's finest lattice. A pixel contributes to
+// three samples with the weights of a texture lookup.
 #include "common/kernel.h"
 #include "args/sum_photographs.h"
 #include "common/fixed_point.h"
 #include "common/block_grid.h"
 #include "common/lattice.h"
+#include "common/exposure.h"
+#include "common/exposure_table.h"
 #include "common/photograph.h"
 
 ARGUMENTS(SumPhotographsArgs)
@@ -35,7 +37,8 @@ KERNEL_MAIN(64) {
     if (!in_mask(rgba)) continue;
     const Texture row = a.textures.v[triangle - 1u];
     const LatticeCell cell = lattice_cell(a.hits.v[index].b0, a.hits.v[index].b1, row.level_max);
-    const vec3 rgb = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * (1.0f / 255.0f);
+    vec3 rgb = photograph_colour(rgba);
+    if (a.exposed != 0u) rgb = unexposed(load_exposure(a.exposure, a.views.v[view].index), rgb);
     const vec4 colour = kPixelShare * vec4(rgb, 1.0f);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i0, cell.w0 * colour);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i1, cell.w1 * colour);

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
@@ -158,6 +161,50 @@ void check_cameras(std::span<const ModelCamera> cameras) {
       throw Error("{}: a model cannot store its camera: {}; correct the camera, or remove the photograph",
                   printable(c.name), problem);
   }
+}
+
+PhotographExposure exposure_at(std::string name, const scene::Camera& camera) {
+  const double longer = std::max(camera.width, camera.height), shorter = std::min(camera.width, camera.height);
+  PhotographExposure exposure;
+  exposure.name = std::move(name);
+  exposure.focal = std::sqrt(camera.fx * camera.fy) / longer;
+  exposure.aspect = longer / shorter;
+  exposure.position = camera.centre();
+  exposure.direction = glm::transpose(glm::dmat3(camera.world_to_camera))[2];
+  return exposure;
+}
+
+std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::span<const PhotographExposure> exposures) {
+  std::map<std::string, glm::vec3> known;
+  for (const PhotographExposure& e : exposures) known[e.name] = e.gain;
+  std::vector<float> gains;
+  bool any = false;
+  for (const ModelCamera& c : cameras) {
+    const auto found = c.test ? known.end() : known.find(c.name);
+    any = any || found != known.end();
+    for (int i = 0; i < 3; ++i)
+      gains.push_back(found != known.end() ? found->second[i] : std::numeric_limits<float>::quiet_NaN());
+  }
+  if (!any) gains.clear();
+  return gains;
+}
+
+std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const json& json,
+                                               std::span<const ModelCamera> cameras) {
+  std::vector<PhotographExposure> exposures;
+  if (!json.is_object() || !json.contains("exposures")) return exposures;
+  const std::span<const std::byte> bytes = parts.view(json.at("exposures"));
+  if (bytes.size() != cameras.size() * sizeof(glm::vec3))
+    throw parts.damaged("its numbers of exposures and cameras differ");
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    glm::vec3 gain;
+    std::memcpy(&gain, &bytes[i * sizeof(gain)], sizeof(gain));
+    if (std::isnan(gain.x) && std::isnan(gain.y) && std::isnan(gain.z)) continue;  // the camera has none
+    if (!(glm::length(gain) < 100)) throw parts.damaged("an exposure is not a number or too large");
+    exposures.push_back(exposure_at(cameras[i].name, cameras[i].camera));
+    exposures.back().gain = gain;
+  }
+  return exposures;
 }
 
 }  // namespace trisoup::soup

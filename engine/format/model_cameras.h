@@ -9,6 +9,7 @@
 
 #include "format/model_parts.h"
 #include "scene/camera.h"
+#include "soup/soup.h"
 
 namespace trisoup::soup {
 
@@ -31,6 +32,17 @@ void check_cameras(std::span<const ModelCamera> cameras);
 
 /// Encodes cameras. world_to_camera must be a rotation and a translation. It is restored within 1e-7.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
+
+/// Gains of exposures in file form, three floats per camera, NaN without an exposure of its name; empty if none has
+/// one.
+std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::span<const PhotographExposure> exposures);
+
+/// The exposures of a file's cameras. Throws Error if their number differs from the cameras', or if one is not finite.
+std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const nlohmann::json& json,
+                                               std::span<const ModelCamera> cameras);
+
+/// What an exposure says of a camera besides its gain.
+PhotographExposure exposure_at(std::string name, const scene::Camera& camera);
 
 /// Reads the cameras of a file of any version. Throws Error if a camera is not valid and nlohmann::json::exception if
 /// the JSON has another structure.

@@ -248,20 +248,6 @@ glm::vec3 read_background(const ModelParts& parts, const json& values) {
   return background;
 }
 
-std::vector<CameraExposure> read_exposures(const ModelParts& parts, const json& rows) {
-  std::vector<CameraExposure> exposures;
-  for (const json& row : rows) {
-    CameraExposure& e = exposures.emplace_back();
-    e.folder = row.at("folder").get<std::string>();
-    e.focal = row.at("focal").get<double>();
-    e.aspect = row.at("aspect").get<double>();
-    e.gain = glm::vec3(read_vector(row.at("gain")));
-    e.offset = glm::vec3(read_vector(row.at("offset")));
-    if (!finite(e.gain) || !finite(e.offset)) throw parts.damaged("an exposure is not finite");
-  }
-  return exposures;
-}
-
 bool is_moved(const Model& model) { return model.origin != glm::dvec3(0.0); }
 
 bool codes_vertices(const ModelFileOptions& options) {
@@ -292,17 +278,6 @@ json material_json(std::size_t texture) {
            {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
 }
 
-json exposures_json(const std::vector<CameraExposure>& exposures) {
-  json rows = json::array();
-  for (const CameraExposure& e : exposures)
-    rows.push_back({{"folder", utf8(e.folder)},
-                    {"focal", e.focal},
-                    {"aspect", e.aspect},
-                    {"gain", {e.gain.r, e.gain.g, e.gain.b}},
-                    {"offset", {e.offset.r, e.offset.g, e.offset.b}}});
-  return rows;
-}
-
 /// The extension's content (docs/formats.md).
 json extension_json(const Model& model, const ModelFileOptions& options, Binary& binary) {
   json extension;
@@ -319,12 +294,13 @@ json extension_json(const Model& model, const ModelFileOptions& options, Binary&
   extension["scale"] = model.scale;
   if (is_moved(model)) extension["origin"] = {model.origin.x, model.origin.y, model.origin.z};
   extension["settings"] = options.settings;
-  if (!model.exposures.empty()) extension["exposures"] = exposures_json(model.exposures);
   if (options.up) extension["up"] = {options.up->x, options.up->y, options.up->z};
   if (!options.cameras.empty()) {
     const CodedCameras cameras = code_cameras(options.cameras);
     extension["cameras"] = cameras.json;
     extension["cameras"]["poses"] = binary.add(cameras.poses.data(), cameras.poses.size() * sizeof(float));
+    if (const std::vector<float> gains = code_exposures(options.cameras, model.exposures); !gains.empty())
+      extension["cameras"]["exposures"] = binary.add(gains.data(), gains.size() * sizeof(float));
   }
   return extension;
 }
@@ -474,8 +450,10 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
       if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12))
         throw parts.damaged("its up direction has zero length");
     }
-    if (extension.contains("exposures")) model.exposures = read_exposures(parts, extension["exposures"]);
-    if (extension.contains("cameras")) file.cameras = read_cameras(parts, extension["cameras"]);
+    if (extension.contains("cameras")) {
+      file.cameras = read_cameras(parts, extension["cameras"]);
+      model.exposures = read_exposures(parts, extension["cameras"], file.cameras);
+    }
   } catch (const json::exception& e) {
     throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, printable(e.what()));
   }

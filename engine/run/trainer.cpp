@@ -13,8 +13,9 @@
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "train/config/schedule.h"
-#include "train/quality/camera_exposures.h"
 #include "train/quality/image_sums.h"
+#include "train/quality/view_exposures.h"
+#include "train/start/start_exposures.h"
 #include "train/step/fixed_sum.h"
 #include "train/step/forward_pass.h"
 #include "train/topology/unseen_textures.h"
@@ -74,7 +75,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!paints) return;
   const Stopwatch watch;
   split_coarse(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_);
-  paint(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_);
+  if (exposures_) {
+    make_opaque(gpu_, soup_);
+    set_start(gpu_, *exposures_, start_exposures(gpu_, soup_, buffers_, views_->half(), scene_.train));
+  }
+  paint(gpu_, soup_, buffers_, {views_->half(), views_->full()}, given_exposures(), settings_);
   gpu_.wait();
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
@@ -83,7 +88,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     : Trainer(gpu, scene, settings, nullptr) {
   step_ = texture_start_ = vertex_start_ = mlp_start_ = settings.steps;
   start_from_model(gpu_, soup_, model, scene.normalisation);
-  prepare();
+  prepare(gains_of(model, scene.train));
   // A model has its finest levels alone; they are learnt as what several add up to.
   Pruned levels;
   for (std::uint32_t t = 0; t < soup_.triangles; ++t) {
@@ -94,13 +99,13 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   prune(gpu_, soup_, buffers_, levels, settings_);
 }
 
-void Trainer::prepare() {
+void Trainer::prepare(std::span<const glm::vec3> exposures) {
   soup_.drop_near = settings_.published;
   views_.emplace(gpu_, scene_, settings_, step_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
   buffers_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure)
-    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
+    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views, exposures);
   if (settings_.pose_corrections) poses_.emplace(gpu_, scene_.train);
   if (settings_.lr_vertex_distance > 0) {
     std::vector<glm::vec3> eyes;
@@ -385,7 +390,7 @@ void Trainer::end_training() {
 
 soup::Model Trainer::model() {
   soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
-  model.exposures = camera_exposures(scene_.train, exposures());
+  model.exposures = photograph_exposures(scene_.train, exposures());
   if (model.lattice.empty()) return model;
   soup::round_textures(model.lattice, model.textures, soup::texture_steps(settings_.texture_bits));
   return model;
@@ -393,7 +398,7 @@ soup::Model Trainer::model() {
 
 Evaluation Trainer::evaluate_float(const OnRender& on_render) {
   return evaluate(gpu_, soup_, buffers_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render,
-                  {}, camera_exposures(scene_.train, exposures()));
+                  {}, ViewExposures(photograph_exposures(scene_.train, exposures())));
 }
 
 TrainingFit Trainer::training_fit() {
@@ -408,7 +413,7 @@ TrainingFit Trainer::training_fit(const soup::Model& model) {
 
 std::vector<glm::vec4> Trainer::exposures() {
   if (!exposures_) return {};
-  return gpu_.download_vector<glm::vec4>(exposures_->exposure.address(), 2ull * exposures_->photographs);
+  return gpu_.download_vector<glm::vec4>(exposures_->exposure.address(), exposures_->photographs);
 }
 
 }  // namespace trisoup::train

@@ -43,11 +43,12 @@ struct Mlp {
   std::vector<float> parameters = std::vector<float>(kParameters, 0.0f);
 };
 
-/// What the model's colours become in photographs of one of several cameras: gain c + offset, per channel.
-struct CameraExposure {
-  std::string folder;            // of its photographs, relative to the dataset
-  double focal = 0, aspect = 0;  // focal length by the longer side, longer by shorter side
-  glm::vec3 gain{1.0f}, offset{0.0f};
+/// What the model's colours become in a training photograph (shaders/common/exposure.h), and where it was taken.
+struct PhotographExposure {
+  std::string name;                          // UTF-8, relative to the dataset
+  double focal = 0, aspect = 0;              // focal length by the longer side, longer by shorter side
+  glm::dvec3 position{0.0}, direction{0.0};  // of its camera, normalised coordinates; viewing direction
+  glm::vec3 gain{0.0f};
 };
 
 /// A trained soup: 8-bit lattices after the sigmoid, as in the model file and the renderer.
@@ -63,7 +64,7 @@ struct Model {
   bool drop_near = false;
   glm::dvec3 centre{0.0};  // normalised = scale * (dataset - centre), see scene::Normalisation
   double scale = 1.0;
-  std::vector<CameraExposure> exposures;  // empty: all photographs are of one camera
+  std::vector<PhotographExposure> exposures;  // empty: none differs
   std::size_t triangles() const { return textures.size(); }
 };
 

@@ -11,8 +11,7 @@ struct ExposeArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
   POINTER(Floats) colour;
-  POINTER(Uints) target;      // [pixels]: RGBA8
-  POINTER(Float4s) exposure;  // [photographs][2]
+  POINTER(Float4s) exposure;  // [photographs]
   uint blocks, view_count;
 };
 

@@ -14,9 +14,10 @@ struct SumPhotographsArgs {
   // [lattice samples of triangles first .. last - 1][4] fixed point, added to: weight times red, green, blue, 1
   POINTER(Uints) low;
   POINTER(Uints) high;
+  POINTER(Float4s) exposure;  // [photographs]: of the colours; 0 unless exposed
   uint view_count, blocks;
   uint first, last;
-  uint stride, pad;  // every stride-th pixel is used
+  uint stride, exposed;  // every stride-th pixel is used
 };
 
 #ifndef GL_core_profile

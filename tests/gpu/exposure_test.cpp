@@ -1,5 +1,5 @@
 // Tests exposures of photographs on a device: engine/train/step/exposure.h, shaders/measure_exposure.comp,
-// fit_exposure.comp, expose.comp, their gradients in shade_backward.comp, and trainings with exposures.
+// fit_exposure.comp, expose.comp, their gradients in shade_backward.comp, those of the start, and trainings.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 #include "recipe_settings.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
+#include "train/start/painting.h"
 #include "train/start/random_start.h"
+#include "train/start/start_exposures.h"
 
 using namespace trisoup;
 using test::SmallScene;
@@ -26,9 +28,7 @@ glm::vec3 at(const std::vector<float>& colours, std::size_t pixel) {
   return {colours[3 * pixel], colours[3 * pixel + 1], colours[3 * pixel + 2]};
 }
 
-f32::Exposure row(const std::vector<glm::vec4>& table, std::size_t i) {
-  return {glm::vec3(table[2 * i]), glm::vec3(table[2 * i + 1]), table[2 * i].w};
-}
+f32::Exposure row(const std::vector<glm::vec4>& table, std::size_t i) { return {glm::vec3(table[i]), table[i].w}; }
 
 /// A batch of photographs. photographs: number of all photographs; the batch contains those with the views' indices.
 struct ExposedScene : SmallScene {
@@ -56,7 +56,7 @@ struct ExposedScene : SmallScene {
     return gpu.download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
   }
   std::vector<glm::vec4> table(const gpu::Buffer& buffer) {
-    return gpu.download_vector<glm::vec4>(buffer.address(), 2ull * exposures.photographs);
+    return gpu.download_vector<glm::vec4>(buffer.address(), exposures.photographs);
   }
 
   train::Exposures exposures;
@@ -76,7 +76,7 @@ train::BatchView view_of(std::uint32_t index, double angle, std::uint32_t width,
   return view;
 }
 
-/// Returns a view of a column at the origin from `angle`. Its colours are the same in all views, multiplied by a gain.
+/// Returns a view of a column at the origin from `angle`. Its colours are the same in all views, exposed with a gain.
 scene::View square_view(double angle, const glm::vec3& gain) {
   constexpr int kSide = 40;
   scene::View v;
@@ -95,25 +95,23 @@ scene::View square_view(double angle, const glm::vec3& gain) {
       const glm::vec3 colour(0.25f + 0.3f * height, 0.5f, row > kSide / 2 ? 0.3f : 0.55f);
       for (int c = 0; c < 3; ++c)
         v.image.rgba.push_back(
-            inside ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(1.0f, gain[c] * colour[c]))) : 0);
+            inside ? static_cast<std::uint8_t>(std::lround(255.0f * f32::exposed({gain, 0}, colour)[c])) : 0);
       v.image.rgba.push_back(255);
     }
   return v;
 }
 
-/// Returns a ring of photographs. tinted: each training photograph has its own gains; their mean is 1.
+/// Returns a ring of photographs. tinted: each training photograph has its own gains; their mean is 0.
 scene::Scene ring_scene(bool tinted) {
   scene::Scene scene;
   constexpr int kViews = 12;
   for (int i = 0; i < kViews; ++i) {
     const float angle = 6.2831853f * static_cast<float>(i) / kViews;
-    const glm::vec3 gain = tinted
-                               ? glm::vec3(1.0f + 0.5f * (i % 2 ? 1.0f : -1.0f), 1.0f + 0.4f * (i % 2 ? 1.0f : -1.0f),
-                                           1.0f + 0.45f * (i % 4 < 2 ? 1.0f : -1.0f))
-                               : glm::vec3(1);
+    const float odd = i % 2 ? 1.0f : -1.0f, half = i % 4 < 2 ? 1.0f : -1.0f;
+    const glm::vec3 gain = tinted ? glm::vec3(0.9f * odd, 0.7f * odd, 0.8f * half) : glm::vec3(0);
     scene.train.push_back(square_view(angle, gain));
   }
-  for (const double angle : {0.3, 1.9, 4.0}) scene.test.push_back(square_view(angle, glm::vec3(1)));
+  for (const double angle : {0.3, 1.9, 4.0}) scene.test.push_back(square_view(angle, glm::vec3(0)));
   scene.synthetic = true;
   return scene;
 }
@@ -142,10 +140,12 @@ TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[e
   // Photograph 3 is in the batch twice. Photographs 0 and 2 are not in it.
   ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)},
                  {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);
-  std::vector<glm::vec4> before;
-  for (int i = 0; i < 4; ++i)
-    before.insert(before.end(),
-                  {glm::vec4(0.7f + 0.4f * i, 1, 1.5f - 0.4f * i, 0), glm::vec4(0.01f * i, 0, -0.01f * i, 0)});
+  std::vector<glm::vec4> before, start;
+  for (int i = 0; i < 4; ++i) {
+    before.emplace_back(-1.0f + 0.7f * i, 0.5f, 1.2f - 0.6f * i, 0);
+    start.emplace_back(0.1f * i, 0.2f, -0.1f * i, 0);
+  }
+  gpu->upload(s.exposures.start.address(), start);
   gpu->upload(s.exposures.fitted.address(), before);
   gpu->upload(s.exposures.exposure.address(), before);
   s.render();
@@ -166,37 +166,31 @@ TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[e
         continue;
       }
       ++seen;
-      const glm::vec3 colour =
-          f32::recorded(f32::exposed(row(exposure, v.index), at(rendered, p)), colour_of(target[p]));
+      const glm::vec3 colour = f32::exposed(row(exposure, v.index), at(rendered, p));
       for (int c = 0; c < 3; ++c) CHECK(at(shown, p)[c] == Approx(colour[c]).margin(1e-5));
       if (f32::in_mask(target[p]))
         f32::add_to_exposure(at(rendered, p), colour_of(target[p]), row(before, v.index), sums[v.index]);
     }
   CHECK(seen > 500);
-  f32::Exposure mean{glm::vec3(0), glm::vec3(0), 0};
+  f32::Exposure mean{glm::vec3(0), 0};
   float spread = 0;
+  const auto beyond = [&](std::size_t i) { return row(fitted, i).gain - row(start, i).gain; };
   for (std::size_t i = 0; i < 4; ++i) {
-    const f32::Exposure expected = i % 2 == 1 ? f32::fitted_exposure(sums[i]) : row(before, i);
-    for (int c = 0; c < 3; ++c) {
-      CHECK(fitted[2 * i][c] == Approx(expected.gain[c]).margin(1e-4));
-      CHECK(fitted[2 * i + 1][c] == Approx(expected.offset[c]).margin(1e-4));
-    }
-    CHECK(fitted[2 * i].w == Approx(expected.variance).epsilon(1e-4));
-    mean.gain += 0.25f * expected.gain;
-    mean.offset += 0.25f * expected.offset;
+    const f32::Exposure expected =
+        i % 2 == 1 ? f32::fitted_exposure(sums[i], row(before, i), row(start, i).gain) : row(before, i);
+    for (int c = 0; c < 3; ++c) CHECK(fitted[i][c] == Approx(expected.gain[c]).margin(1e-4));
+    CHECK(fitted[i].w == Approx(expected.variance).epsilon(1e-4));
+    mean.gain += 0.25f * beyond(i);
     mean.variance += 0.25f * expected.variance;
   }
   for (std::size_t i = 0; i < 4; ++i)
-    for (int c = 0; c < 3; ++c) spread += (fitted[2 * i][c] - mean.gain[c]) * (fitted[2 * i][c] - mean.gain[c]) / 12.0f;
+    for (int c = 0; c < 3; ++c) spread += (beyond(i)[c] - mean.gain[c]) * (beyond(i)[c] - mean.gain[c]) / 12.0f;
   const float share = f32::exposure_share(spread, mean.variance);
   CAPTURE(share, spread, mean.variance);
   CHECK((share > 0.1f && share < 0.98f));
   for (std::size_t i = 0; i < 4; ++i) {
-    const f32::Exposure expected = i % 2 == 1 ? f32::exposure_beyond(row(fitted, i), mean, share) : row(before, i);
-    for (int c = 0; c < 3; ++c) {
-      CHECK(exposure[2 * i][c] == Approx(expected.gain[c]).margin(1e-4));
-      CHECK(exposure[2 * i + 1][c] == Approx(expected.offset[c]).margin(1e-4));
-    }
+    const glm::vec3 expected = i % 2 == 1 ? row(start, i).gain + share * (beyond(i) - mean.gain) : row(before, i).gain;
+    for (int c = 0; c < 3; ++c) CHECK(exposure[i][c] == Approx(expected[c]).margin(1e-4));
   }
   test::require_silence(*gpu);
 }
@@ -205,10 +199,8 @@ TEST_CASE("a step that must be repeated changes no exposure and does not affect 
   auto gpu = test::open_device();
   ExposedScene s(*gpu, {view_of(0, 0.2, 40, 30), view_of(1, 2.0, 33, 47)}, {noise(1200, 1), noise(1551, 2)}, 2);
   const auto fitted_after = [&](bool overflow_first) {
-    gpu->upload(s.exposures.fitted.address(),
-                std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
-    gpu->upload(s.exposures.exposure.address(),
-                std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
+    gpu->upload(s.exposures.fitted.address(), std::vector<glm::vec4>(2));
+    gpu->upload(s.exposures.exposure.address(), std::vector<glm::vec4>(2));
     for (const bool overflow : {true, false}) {
       if (overflow && !overflow_first) continue;
       s.render();
@@ -217,35 +209,33 @@ TEST_CASE("a step that must be repeated changes no exposure and does not affect 
       gpu->upload(s.buffers.control.address(), std::as_bytes(std::span(&control, 1)));
       s.step.loss(s.inputs);
       if (!overflow) continue;
-      CHECK(s.table(s.exposures.fitted)[0] == glm::vec4(1, 1, 1, 0));
-      CHECK(s.table(s.exposures.exposure)[0] == glm::vec4(1, 1, 1, 0));
+      CHECK(s.table(s.exposures.fitted)[0] == glm::vec4(0));
+      CHECK(s.table(s.exposures.exposure)[0] == glm::vec4(0));
     }
     return s.table(s.exposures.fitted);
   };
   const auto once = fitted_after(false), again = fitted_after(true);
   CHECK(once == again);
-  CHECK(once[0] != glm::vec4(1, 1, 1, 0));
+  CHECK(once[0] != glm::vec4(0));
   test::require_silence(*gpu);
 }
 
 TEST_CASE("texture gradients through an exposure match finite differences of the loss", "[exposure]") {
   auto gpu = test::open_device();
-  // All exposed colours are above their target in the first photograph, also where the target is 255, because its
-  // exposure raises colours above 1. They are below their target in the second photograph. So no colour crosses its
-  // target, where the L1 error has a kink.
+  // All exposed colours are above their target in the first photograph and below it in the second. So no colour crosses
+  // its target, where the L1 error has a kink.
   soup::Random random(8);
   std::vector<std::uint32_t> dark(1600), bright(1600);
   for (std::size_t i = 0; i < dark.size(); ++i) {
     dark[i] = bright[i] = 0xff000000u;
     for (int c = 0; c < 3; ++c) {
-      dark[i] |= (random.uniform01() < 0.5 ? 255u : random.bits() % 60) << (8 * c);
-      bright[i] |= (200u + random.bits() % 50) << (8 * c);
+      dark[i] |= (random.bits() % 30) << (8 * c);
+      bright[i] |= (225u + random.bits() % 30) << (8 * c);
     }
   }
   ExposedScene s(*gpu, {view_of(0, 0, 40, 40), view_of(1, 1, 40, 40)}, {dark, bright}, 2);
   s.inputs.fit_exposures = false;
-  gpu->upload(s.exposures.exposure.address(),
-              std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {1.05, 1.02, 1.1, 0}, {0.5, 0.3, 0.6, 0}, {0.1, 0, -0.1, 0}});
+  gpu->upload(s.exposures.exposure.address(), std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {-0.5, -0.9, -0.6, 0}});
   s.buffers.reserve_lists(1 << 16);
   const gpu::Buffer gradient = gpu->allocate(s.soup.source_samples * 32, "gradient");
   s.inputs.probes.source_gradient = gradient.address();
@@ -279,6 +269,67 @@ TEST_CASE("texture gradients through an exposure match finite differences of the
   test::require_silence(*gpu);
 }
 
+TEST_CASE("exposures of the start are those of the photographs of a surface, and it is painted without them",
+          "[exposure][start][each_driver]") {
+  auto gpu = test::open_device();
+  std::vector<train::BatchView> views;
+  for (std::uint32_t i = 0; i < 8; ++i) views.push_back(view_of(i, 0.7 * i, 48, 40));
+  SmallScene s(*gpu, 40, {{0, 0}}, views);
+  s.step.sum_textures();
+  // Every place has a colour of its own, which each photograph shows in its exposure. One part of them is clipped.
+  const auto gain_of = [](std::size_t view) {
+    const auto x = static_cast<float>(view);
+    return glm::vec3(0.5f * std::sin(x), view == 3 ? -0.7f : 0.1f, 0.3f * std::cos(3 * x));
+  };
+  const auto colour_at = [](std::uint32_t triangle) {
+    soup::Random r(triangle);
+    return glm::vec3(r.uniform(0.3, 0.7), r.uniform(0.3, 0.7), r.uniform(0.3, 0.7));
+  };
+  std::vector<scene::View> photographs(views.size());
+  std::vector<gpu::Buffer> uploads;
+  train::for_each_batch(*gpu, s.soup, s.buffers, views, false, {}, 1, [&](std::size_t v, std::size_t) {
+    const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
+    Image& image = photographs[v].image;
+    image = {48, 40, {}};
+    for (std::size_t p = 0; p < hits.size(); ++p) {
+      const glm::vec3 shown = f32::exposed({gain_of(v), 0}, colour_at(hits[p].triangle));
+      const bool clipped = hits[p].triangle % 5 == 0;
+      for (int c = 0; c < 3; ++c)
+        image.rgba.push_back(clipped ? std::uint8_t(255) : static_cast<std::uint8_t>(std::lround(255 * shown[c])));
+      image.rgba.push_back(255);
+    }
+    uploads.push_back(gpu->allocate(image.rgba.size(), "photograph"));
+    gpu->upload(uploads.back().address(), image.rgba);
+  });
+  for (std::size_t v = 0; v < views.size(); ++v) views[v].photo = uploads[v].address();
+  const std::vector<glm::vec3> gains = train::start_exposures(*gpu, s.soup, s.buffers, views, photographs);
+  REQUIRE(gains.size() == views.size());
+  glm::vec3 mean(0);
+  for (std::size_t v = 0; v < views.size(); ++v) mean += gain_of(v) / float(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v)
+    for (int c = 0; c < 3; ++c) CHECK(gains[v][c] == Approx(gain_of(v)[c] - mean[c]).margin(0.03));
+
+  const train::Exposures exposures =
+      train::allocate_exposures(*gpu, static_cast<std::uint32_t>(views.size()), 1, gains);
+  const train::FixedSums sums =
+      train::sum_photographs(*gpu, s.soup, s.buffers, views, s.soup.table, s.soup.own(), &exposures);
+  const std::size_t words = 4 * s.soup.table.size() * soup::samples_at(0);
+  const auto low = gpu->download_vector<std::uint32_t>(sums.low.address(), words),
+             high = gpu->download_vector<std::uint32_t>(sums.high.address(), words);
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < words / 4; ++i) {
+    const std::uint32_t triangle = static_cast<std::uint32_t>(i / soup::samples_at(0)) + 1;
+    const double weight = train::fixed_sum(low[4 * i + 3], high[4 * i + 3]);
+    if (weight < 0.01 || triangle % 5 == 0) continue;
+    ++seen;
+    const glm::vec3 expected = f32::exposed({mean, 0}, colour_at(triangle));
+    for (std::size_t c = 0; c < 3; ++c)
+      CHECK(train::fixed_sum(low[4 * i + c], high[4 * i + c]) / weight == Approx(expected[int(c)]).margin(0.01));
+  }
+  CHECK(seen > 40);
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("a resumed training with exposures gives the same bits", "[exposure]") {
   auto gpu = test::open_device();
   const scene::Scene scene = ring_scene(true);
@@ -304,8 +355,8 @@ TEST_CASE("a resumed training with exposures gives the same bits", "[exposure]")
   CHECK(whole.model().lattice == second.model().lattice);
   CHECK(whole.model().vertices == second.model().vertices);
   CHECK(whole.exposures() == second.exposures());
-  REQUIRE(whole.exposures().size() == 2 * scene.train.size());
-  CHECK(whole.exposures()[0] != glm::vec4(1, 1, 1, 0));
+  REQUIRE(whole.exposures().size() == scene.train.size());
+  CHECK(whole.exposures()[0] != glm::vec4(0));
   train::Settings without = settings;
   without.exposure = false;
   CHECK_THROWS_WITH(train::Trainer(*gpu, scene, without, path), Catch::Contains("`exposure` true (now false)"));
@@ -326,16 +377,12 @@ TEST_CASE("photographs with different exposures give the colour of their mean", 
       CHECK(exposures.empty());
       continue;
     }
-    glm::vec3 gain(0), offset(0);
-    for (std::size_t i = 0; i < scene.train.size(); ++i) {
-      gain += row(exposures, i).gain / float(scene.train.size());
-      offset += row(exposures, i).offset / float(scene.train.size());
-    }
+    glm::vec3 gain(0);
+    for (std::size_t i = 0; i < scene.train.size(); ++i) gain += row(exposures, i).gain / float(scene.train.size());
     for (int c = 0; c < 3; ++c) {
-      CHECK(gain[c] == Approx(1).margin(0.02));
-      CHECK(offset[c] == Approx(0).margin(0.01));
+      CHECK(gain[c] == Approx(0).margin(0.02));
       // Brighter photographs get larger gains.
-      CHECK(row(exposures, 1).gain[c] / row(exposures, 2).gain[c] > 1.2f);
+      CHECK(row(exposures, 1).gain[c] > row(exposures, 2).gain[c] + 0.3f);
     }
   }
   CAPTURE(psnr[0], psnr[1]);
@@ -346,10 +393,10 @@ TEST_CASE("photographs with different exposures give the colour of their mean", 
 TEST_CASE("test views of a second camera are compared as it shows colours", "[exposure][training][repeats]") {
   auto gpu = test::open_device();
   scene::Scene scene = ring_scene(false);
-  scene.test = {square_view(0.3, glm::vec3(1)), square_view(1.9, glm::vec3(0.5f))};
+  scene.test = {square_view(0.3, glm::vec3(0)), square_view(1.9, glm::vec3(-1.2f))};
   for (std::size_t i = 0; i < scene.train.size(); ++i) {
     const bool dark = i % 3 == 0;
-    scene.train[i] = square_view(6.2831853 * double(i) / 12, glm::vec3(dark ? 0.5f : 1.0f));
+    scene.train[i] = square_view(6.2831853 * double(i) / 12, glm::vec3(dark ? -1.2f : 0.0f));
     scene.train[i].name = (dark ? "b/" : "a/") + scene.train[i].name;
   }
   scene.test[0].name = "a/test", scene.test[1].name = "b/test";
@@ -357,7 +404,7 @@ TEST_CASE("test views of a second camera are compared as it shows colours", "[ex
   train::Trainer trainer(*gpu, scene, settings, ring_start(settings));
   trainer.run({});
   soup::Model model = trainer.model();
-  REQUIRE(model.exposures.size() == 2);
+  REQUIRE(model.exposures.size() == scene.train.size());
   const auto psnr = [&](std::size_t view) {
     return train::evaluate(*gpu, model, scene, 0.025, 2.5).views[view].metrics.psnr;
   };

@@ -137,7 +137,7 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
     train::Settings settings;
     settings.samples_per_pixel = 1;
     settings.level_max = 4;
-    train::paint(*gpu, coarse.soup, coarse.buffers, {with_photographs, with_photographs}, settings);
+    train::paint(*gpu, coarse.soup, coarse.buffers, {with_photographs, with_photographs}, nullptr, settings);
     found.painted = coarse.state();
     train::fill_unseen(*gpu, fine.soup, fine.buffers, with_photographs);
     found.filled = fine.state();

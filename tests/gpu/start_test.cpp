@@ -149,7 +149,7 @@ TEST_CASE("painted textures are means over the pixels of the samples of each lev
       }
     }
   REQUIRE(most_seen > 10);
-  train::paint(*gpu, s.soup, s.buffers, {views, views}, settings);
+  train::paint(*gpu, s.soup, s.buffers, {views, views}, nullptr, settings);
   const auto painted = gpu->download_vector<float>(s.soup.source.address(), expected.size());
   double worst = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) worst = std::max(worst, std::abs(painted[i] - expected[i]));

@@ -135,8 +135,8 @@ AlignedEvaluation evaluate_aligned(gpu::Device& gpu, const soup::Model& model, c
       views.push_back(scene.test[i]);
       views.back().camera = scene::changed(views.back().camera, result.changes[i]);
     }
-    const Evaluation some =
-        evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, {}, {}, model.exposures);
+    const Evaluation some = evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, {}, {},
+                                     ViewExposures(model, scene.normalisation));
     result.evaluation.views.insert(result.evaluation.views.end(), some.views.begin(), some.views.end());
   }
   result.evaluation.mean = mean(result.evaluation.views);

@@ -12,7 +12,6 @@
 #include "image/srgb.h"
 #include "soup/bake.h"
 #include "soup/colour_fit.h"
-#include "train/quality/camera_exposures.h"
 #include "train/quality/evaluate.h"
 #include "train/step/forward_pass.h"
 
@@ -141,6 +140,7 @@ std::vector<std::optional<double>> baked_psnr(gpu::Device& gpu, const soup::Mode
   BatchBuffers buffers(gpu);
   std::vector<BatchView> batch;
   for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
+  const ViewExposures exposures(plain.exposures);
   std::vector<std::optional<double>> psnr;
   for_each_batch(gpu, soup, buffers, batch, false, {}, 1, [&](std::size_t first, std::size_t) {
     const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), buffers.batch().pixels);
@@ -153,8 +153,7 @@ std::vector<std::optional<double>> baked_psnr(gpu::Device& gpu, const soup::Mode
         std::copy(&shown.x, &shown.x + 3, &colour[3 * p]);
       }
     });
-    if (const auto* const exposure = exposure_of(views[first], plain.exposures))
-      expose(colour, *exposure, plain.background);
+    if (!exposures.empty()) expose(colour, exposures.at(views[first]), plain.background);
     psnr.push_back(psnr_against(colour, views[first].image));
   });
   return psnr;

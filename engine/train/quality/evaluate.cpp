@@ -12,7 +12,6 @@
 #include "base/printable.h"
 #include "gpu/out_of_memory.h"
 #include "soup/texture_table.h"
-#include "train/quality/camera_exposures.h"
 #include "train/quality/covisibility.h"
 #include "train/quality/image_sums.h"
 #include "train/step/forward_pass.h"
@@ -98,7 +97,7 @@ class Measurement {
 
   Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
               const glm::vec3& background, double near, double far, const OnRender& on_render,
-              const Witnesses& witnesses, const CameraExposures& exposures, const PerceptualOptions& perceptual)
+              const Witnesses& witnesses, const ViewExposures& exposures, const PerceptualOptions& perceptual)
       : gpu_(gpu),
         soup_(soup),
         buffers_(buffers),
@@ -140,16 +139,13 @@ class Measurement {
   }
 
  private:
-  void expose(const CameraExposures& cameras) {
-    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(views_.size()), kMost);
-    std::vector<glm::vec4> rows;
+  void expose(const ViewExposures& exposures) {
+    std::vector<glm::vec3> gains;
     for (std::uint32_t i = 0; i < views_.size(); ++i) {
-      const soup::CameraExposure* const camera = exposure_of(views_[i], cameras);
-      const soup::CameraExposure e = camera ? *camera : soup::CameraExposure{};
-      rows.insert(rows.end(), {glm::vec4(e.gain, 0), glm::vec4(e.offset, 0)});
+      gains.push_back(exposures.at(views_[i]));
       batch_[i].index = i;
     }
-    gpu_.upload(exposures_->exposure.address(), rows);
+    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(views_.size()), kMost, gains);
     inputs_.exposures = &*exposures_;
     inputs_.fit_exposures = false;
   }
@@ -249,7 +245,7 @@ class Measurement {
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render,
-                    const Witnesses& witnesses, const CameraExposures& exposures, const PerceptualOptions& perceptual) {
+                    const Witnesses& witnesses, const ViewExposures& exposures, const PerceptualOptions& perceptual) {
   check_clip_planes(near, far);
   return Measurement(gpu, soup, buffers, views, background, near, far, on_render, witnesses, exposures, perceptual)
       .run();
@@ -342,7 +338,7 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
                     ranks::Ranks* ranks, const Witnesses& witnesses, const PerceptualOptions& perceptual) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
   return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, witnesses,
-                  model.exposures, perceptual);
+                  ViewExposures(model, scene.normalisation), perceptual);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,

@@ -16,6 +16,7 @@
 #include "soup/soup.h"
 #include "train/quality/image_metrics.h"
 #include "train/quality/perceptual.h"
+#include "train/quality/view_exposures.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/shared_soup.h"
 #include "train/step/soup_buffers.h"
@@ -71,16 +72,12 @@ struct Witnesses {
   OnCovisible on_covisible = {};
 };
 
-/// Exposures of the cameras that have taken the views (camera_exposures.h); views of other cameras show the colours of
-/// the model.
-using CameraExposures = std::vector<soup::CameraExposure>;
-
-/// Renders views in normalised coordinates and compares them with their photographs. Downloads images and masks only if
-/// there is an `on_render` or `on_covisible`. Co-visibility, MS-SSIM and FLIP are not measured either if device memory
-/// runs out. Throws Error if the clip planes are invalid.
+/// Renders views in normalised coordinates and compares them with their photographs, in the exposures foretold for
+/// them. Downloads images and masks only if there is an `on_render` or `on_covisible`. Co-visibility, MS-SSIM and FLIP
+/// are not measured either if device memory runs out. Throws Error if the clip planes are invalid.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {},
-                    const Witnesses& witnesses = {}, const CameraExposures& exposures = {},
+                    const Witnesses& witnesses = {}, const ViewExposures& exposures = {},
                     const PerceptualOptions& perceptual = {});
 
 /// Loads a model for rendering: 8-bit texture values, normalised coordinates, no gradients or moments.

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "render/cameras.h"
-#include "train/quality/camera_exposures.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::train {
@@ -20,6 +19,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
   options.aa = aa;
   options.background = model.background;
   options.drop_behind = model.drop_near;
+  const ViewExposures exposures(model, scene.normalisation);
   Evaluation evaluation;
   evaluation.perceptual = perceptual.wanted;
   std::optional<Perceptual> measure;
@@ -31,7 +31,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
     colour.reserve(image.rgba.size() / 4 * 3);
     for (std::size_t i = 0; i < image.rgba.size(); ++i)
       if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
-    if (const auto* const exposure = exposure_of(view, model.exposures)) expose(colour, *exposure, model.background);
+    if (!exposures.empty()) expose(colour, exposures.at(view), model.background);
     evaluation.views.push_back({view.name, compare(colour, view.image)});
     evaluation.views.back().metrics.uncovered = std::numeric_limits<double>::quiet_NaN();  // the picture does not say
     std::vector<float> errors;

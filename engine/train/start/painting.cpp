@@ -8,7 +8,7 @@
 namespace trisoup::train {
 
 FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-                          std::span<const soup::TextureEntry> table, TriangleRange own) {
+                          std::span<const soup::TextureEntry> table, TriangleRange own, const Exposures* exposures) {
   // Capacity of the sums. More pixels would hardly change the means.
   constexpr std::uint64_t kMostPixels = 1u << 26;
   std::uint64_t pixels = 0, samples = 0;
@@ -25,8 +25,9 @@ FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buf
     const BatchLayout& batch = buffers.batch();
     gpu.launch({"sum_photographs"}, batch.blocks,
                kernels::SumPhotographsArgs{buffers.views.address(), buffers.hits.address(), textures.address(),
-                                           sums.low.address(), sums.high.address(), batch.views, batch.blocks,
-                                           own.first, own.last, stride, 0});
+                                           sums.low.address(), sums.high.address(),
+                                           exposures ? exposures->exposure.address() : 0, batch.views, batch.blocks,
+                                           own.first, own.last, stride, exposures != nullptr});
   });
   gpu.wait();  // the texture table is freed on return
   return sums;

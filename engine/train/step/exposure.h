@@ -2,22 +2,31 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+
+#include <glm/glm.hpp>
 
 #include "gpu/device.h"
 #include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
 
-/// Gains and offsets that map the scene's colours to each photograph's. A row of 2 x 4 floats: gains of red, green and
-/// blue, variance of a gain; offsets of red, green and blue, 0.
+/// Gains that map the scene's colours to each photograph's. A row of 4 floats: logarithms of the factors of the odds of
+/// red, green and blue, variance of one.
 struct Exposures {
   std::uint32_t photographs = 0;
-  gpu::Buffer fitted;    // [photographs][2][4]: as fitted to the rendering of the last step that used the photograph
-  gpu::Buffer exposure;  // [photographs][2][4]: with the mean of all photographs removed, which steps apply
-  FixedSums sums;        // [views of a batch][4][4]; zero between steps
+  gpu::Buffer start;     // [photographs][4]: before the first step, which fits are drawn to
+  gpu::Buffer fitted;    // [photographs][4]: as fitted to the rendering of the last step that used the photograph
+  gpu::Buffer exposure;  // [photographs][4]: shrunk, relative to the mean of all photographs; steps apply these
+  FixedSums sums;        // [views of a batch][2][4]; zero between steps
 };
 
-/// Allocates identity exposures of `photographs` photographs. views: largest number of views in a batch.
-Exposures allocate_exposures(gpu::Device& gpu, std::uint32_t photographs, std::uint32_t views);
+/// Allocates exposures of `photographs` photographs. views: largest number of views in a batch. start: gains,
+/// [photographs]; empty: all 0.
+Exposures allocate_exposures(gpu::Device& gpu, std::uint32_t photographs, std::uint32_t views,
+                             std::span<const glm::vec3> start = {});
+
+/// Sets the exposures, before the first step. gains: [photographs].
+void set_start(gpu::Device& gpu, Exposures& exposures, std::span<const glm::vec3> gains);
 
 }  // namespace trisoup::train

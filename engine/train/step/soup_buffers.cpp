@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "args/types.h"
@@ -33,6 +34,10 @@ std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::
                          std::uint32_t ranks) {
   return triangle_bytes(triangles) +
          triangles * texture_bytes(soup::samples_in(level_min, level_max), soup::samples_at(level_max)) / ranks;
+}
+
+void make_opaque(gpu::Device& gpu, SoupBuffers& soup) {
+  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
 }
 
 void clear(gpu::Device& gpu, const FixedSums& sums) {

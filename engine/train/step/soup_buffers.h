@@ -104,6 +104,9 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
                    std::vector<soup::TextureEntry> table, Textures textures = {});
 void allocate_mlp(gpu::Device& gpu, SoupBuffers& soup, const soup::Mlp& mlp);
 
+/// Shows all triangles, also those whose opacities are below the threshold, until Step::sum_textures().
+void make_opaque(gpu::Device& gpu, SoupBuffers& soup);
+
 /// Sets the sums to zero. Low words become kFixedZero, not 0.
 void clear(gpu::Device& gpu, const FixedSums& sums);
 

@@ -203,11 +203,11 @@ void Step::expose(const StepInputs& inputs) {
         {"measure_exposure"}, groups,
         MeasureExposureArgs{views, hits, colour, target, exposure, low, high, batch.blocks, batch.views, groups, 0});
     gpu_.launch({"fit_exposure"}, 1,
-                FitExposureArgs{views, low, high, e.fitted.address(), exposure, buffers_.control.address(), batch.views,
-                                e.photographs});
+                FitExposureArgs{views, low, high, e.start.address(), e.fitted.address(), exposure,
+                                buffers_.control.address(), batch.views, e.photographs});
     end_kernel();
   }
-  gpu_.launch({"expose"}, batch.blocks, ExposeArgs{views, hits, colour, target, exposure, batch.blocks, batch.views});
+  gpu_.launch({"expose"}, batch.blocks, ExposeArgs{views, hits, colour, exposure, batch.blocks, batch.views});
   end_kernel();
 }
 
@@ -244,14 +244,13 @@ void Step::backward(const StepInputs& inputs) {
 void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
   const BatchLayout& batch = buffers_.batch();
   const bool exposed = inputs.exposures && inputs.target == 0;
-  gpu_.launch(
-      {buffers_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.probes.feature_gradient != 0}},
-      buffers_.mlp_groups,
-      ShadeBackwardArgs{buffers_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
-                        buffers_.gradient.address(), to.places, to.ranks, to.sorted, buffers_.mlp_partial.address(),
-                        inputs.probes.feature_gradient, buffers_.target.address(),
-                        exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, buffers_.mlp_groups,
-                        batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
+  gpu_.launch({buffers_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.probes.feature_gradient != 0}},
+              buffers_.mlp_groups,
+              ShadeBackwardArgs{buffers_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
+                                buffers_.gradient.address(), to.places, to.ranks, to.sorted,
+                                buffers_.mlp_partial.address(), inputs.probes.feature_gradient,
+                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, buffers_.mlp_groups,
+                                batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
 }
 

@@ -1,7 +1,6 @@
 #include "train/topology/refine.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <iterator>
 #include <numeric>
@@ -212,11 +211,6 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
   return soup::make_texture_table(levels);
 }
 
-/// Until the textures are summed again. Shows triangles whose opacities are below the threshold.
-void make_opaque(gpu::Device& gpu, SoupBuffers& soup) {
-  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
-}
-
 struct Kept {
   std::vector<std::uint32_t> triangles;  // ascending; empty if no view would show a triangle even if all were opaque
   std::uint64_t pixels = 0;              // number of pixels that show a triangle, over all views
@@ -390,12 +384,12 @@ void split_coarse(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, co
 }
 
 void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-           const Settings& settings) {
+           const Exposures* exposures, const Settings& settings) {
   // Initial opacities may be below the threshold, so measure with opaque triangles.
   make_opaque(gpu, soup);
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);
   const TriangleRange own = soup.partition->own(table.entries);
-  FixedSums colours = sum_photographs(gpu, soup, buffers, views.full, table.entries, own);
+  FixedSums colours = sum_photographs(gpu, soup, buffers, views.full, table.entries, own, exposures);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
   const TextureTransfer transfer(gpu, soup, table, same);

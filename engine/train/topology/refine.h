@@ -14,6 +14,7 @@
 #include "train/config/settings.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/batch_view.h"
+#include "train/step/exposure.h"
 #include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
@@ -63,8 +64,9 @@ void split_coarse(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, co
                   const Settings& settings);
 
 /// Chooses the levels of an untrained soup with textures of level 0 as add_fine_levels() does. Fills the textures with
-/// the mean of the photographs' colours where each triangle is visible. Opacities stay.
+/// the mean of the photographs' colours, without their exposures, where each triangle is visible. Opacities stay.
+/// exposures: null for none.
 void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-           const Settings& settings);
+           const Exposures* exposures, const Settings& settings);
 
 }  // namespace trisoup::train

@@ -72,7 +72,7 @@ float median_spacing(std::span<const ScatteredMeans::Point> points) {
 /// [lattice samples] of own triangles.
 std::vector<float> pixels_of_samples(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                      std::span<const BatchView> views) {
-  const FixedSums sums = sum_photographs(gpu, soup, buffers, views, soup.table, soup.own());
+  const FixedSums sums = sum_photographs(gpu, soup, buffers, views, soup.table, soup.own(), nullptr);
   const std::uint64_t samples = soup.lattice_at(soup.own().last) - soup.lattice_at(soup.own().first);
   std::vector<float> pixels(samples);
   if (samples == 0) return pixels;

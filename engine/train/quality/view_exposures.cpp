@@ -1,0 +1,167 @@
+#include "train/quality/view_exposures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "base/printable.h"
+#include "base/small_system.h"
+#include "common/host.h"
+#include "format/model_cameras.h"
+
+namespace trisoup::train {
+namespace {
+
+using soup::PhotographExposure;
+
+constexpr std::size_t kNearest = 32;  // photographs that foretell one
+constexpr std::size_t kTrials = 128;  // photographs that are foretold to choose the process
+constexpr double kTurn = 0.87;        // radians that count as much as the spread of the positions
+
+std::string folder_of(const std::string& name) {
+  const std::size_t slash = name.find_last_of('/');
+  return slash == std::string::npos ? std::string() : name.substr(0, slash);
+}
+
+PhotographExposure place_of(const scene::View& view) { return soup::exposure_at(utf8(view.name), view.camera); }
+
+bool is_same_camera(const PhotographExposure& a, const PhotographExposure& b) {
+  constexpr double kFocal = 1.1, kAspect = 1.02;  // ratios that focusing and rounded sizes stay below
+  const auto near = [](double x, double y, double ratio) { return x < ratio * y && y < ratio * x; };
+  return folder_of(a.name) == folder_of(b.name) && near(a.focal, b.focal, kFocal) && near(a.aspect, b.aspect, kAspect);
+}
+
+/// Squared distance of two cameras in units of the spread of positions.
+double apart(const PhotographExposure& a, const PhotographExposure& b, double spread) {
+  const glm::dvec3 way = (a.position - b.position) / spread;
+  return glm::dot(way, way) + 2 * (1 - std::min(1.0, glm::dot(a.direction, b.direction))) / (kTurn * kTurn);
+}
+
+double average(const glm::dvec3& v) { return (v.x + v.y + v.z) / 3; }
+
+}  // namespace
+
+std::vector<PhotographExposure> photograph_exposures(const std::vector<scene::View>& views,
+                                                     std::span<const glm::vec4> gains) {
+  std::vector<PhotographExposure> photographs;
+  if (std::all_of(gains.begin(), gains.end(), [](const glm::vec4& g) { return glm::vec3(g) == glm::vec3(0); }))
+    return photographs;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    photographs.push_back(place_of(views[v]));
+    photographs.back().gain = glm::vec3(gains[v]);
+  }
+  return photographs;
+}
+
+std::vector<glm::vec3> gains_of(const soup::Model& model, const std::vector<scene::View>& views) {
+  std::map<std::string, glm::vec3> known;
+  for (const PhotographExposure& p : model.exposures) known[p.name] = p.gain;
+  std::vector<glm::vec3> gains;
+  for (const scene::View& view : views) {
+    const auto found = known.find(utf8(view.name));
+    gains.push_back(found == known.end() ? glm::vec3(0) : found->second);
+  }
+  return gains;
+}
+
+ViewExposures::ViewExposures(const soup::Model& model, const scene::Normalisation& normalisation) {
+  std::vector<PhotographExposure> photographs = model.exposures;
+  for (PhotographExposure& p : photographs)
+    p.position = normalisation.to_normalised(scene::Normalisation{model.centre, model.scale}.to_world(p.position));
+  *this = ViewExposures(photographs);
+}
+
+ViewExposures::ViewExposures(std::span<const PhotographExposure> photographs) {
+  for (const PhotographExposure& p : photographs) {
+    const auto same = [&](const Group& g) { return is_same_camera(g.photographs.front(), p); };
+    auto group = std::find_if(groups_.begin(), groups_.end(), same);
+    if (group == groups_.end()) group = groups_.insert(groups_.end(), Group{});
+    group->photographs.push_back(p);
+  }
+  double within = 0;
+  for (Group& g : groups_) {
+    glm::dvec3 centre(0.0);
+    const double n = double(g.photographs.size());
+    for (const PhotographExposure& p : g.photographs) g.mean += glm::dvec3(p.gain) / n, centre += p.position / n;
+    double squares = 0;
+    for (const PhotographExposure& p : g.photographs) {
+      const glm::dvec3 beyond = glm::dvec3(p.gain) - g.mean, way = p.position - centre;
+      within += average(beyond * beyond);
+      squares += glm::dot(way, way) / n;
+    }
+    g.spread = squares > 0 ? std::sqrt(squares) : 1.0;
+    choose_process(g);
+  }
+  // Every camera's mean takes a degree of freedom.
+  within /= std::max(1.0, double(photographs.size() - groups_.size()));
+  for (Group& g : groups_)
+    if (groups_.size() > 1)
+      g.mean *= f64::exposure_share(average(g.mean * g.mean), within / double(g.photographs.size()));
+}
+
+glm::dvec3 ViewExposures::beyond_mean(const Group& group, const PhotographExposure& at, double width, double noise) {
+  std::vector<std::pair<double, const PhotographExposure*>> near;
+  for (const PhotographExposure& p : group.photographs)
+    if (&p != &at) near.emplace_back(apart(p, at, group.spread), &p);
+  const std::size_t n = std::min(near.size(), kNearest);
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(n), near.end());
+  const auto alike = [&](double squared) { return std::exp(-squared / (2 * width * width)); };
+  SquareMatrix<kNearest> matrix{};
+  std::array<double, kNearest> right{};
+  for (std::size_t i = 0; i < n; ++i) {
+    right[i] = alike(near[i].first);
+    for (std::size_t j = 0; j < n; ++j) matrix[i][j] = alike(apart(*near[i].second, *near[j].second, group.spread));
+    matrix[i][i] += noise;
+  }
+  const std::array<double, kNearest> weights = solve_symmetric(matrix, right);
+  glm::dvec3 sum(0.0), least(0.0), most(0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const glm::dvec3 beyond = glm::dvec3(near[i].second->gain) - group.mean;
+    sum += weights[i] * beyond;
+    least = glm::min(least, beyond), most = glm::max(most, beyond);
+  }
+  return glm::clamp(sum, least, most);  // far from all photographs a wide process may overshoot
+}
+
+void ViewExposures::choose_process(Group& group) {
+  const std::size_t all = group.photographs.size(), trials = std::min(all, kTrials);
+  if (all < 3) return;
+  const auto error = [&](double width, double noise) {
+    double sum = 0;
+    for (std::size_t i = 0; i < trials; ++i) {
+      const PhotographExposure& p = group.photographs[i * all / trials];
+      const glm::dvec3 beyond = glm::dvec3(p.gain) - group.mean;
+      // The mean of the others is farther away than the mean of all.
+      const glm::dvec3 rest = width > 0 ? beyond - beyond_mean(group, p, width, noise) : beyond;
+      sum += average(rest * rest);
+    }
+    return sum;
+  };
+  const double others = double(all) / double(all - 1);
+  double least = error(0, 0) * others * others;
+  for (const double width : {0.05, 0.1, 0.2, 0.4, 0.8, 1.6})
+    for (const double noise : {0.01, 0.03, 0.1, 0.3, 1.0})
+      if (const double e = error(width, noise); e < least) least = e, group.width = width, group.noise = noise;
+}
+
+glm::vec3 ViewExposures::at(const scene::View& view) const {
+  const PhotographExposure place = place_of(view);
+  for (const Group& g : groups_)
+    if (is_same_camera(g.photographs.front(), place))
+      return glm::vec3(g.mean + (g.width > 0 ? beyond_mean(g, place, g.width, g.noise) : glm::dvec3(0.0)));
+  return glm::vec3(0);
+}
+
+void expose(std::vector<float>& colour, const glm::vec3& gain, const glm::vec3& background) {
+  const f32::Exposure exposure{gain, 0};
+  for (std::size_t i = 0; i + 2 < colour.size(); i += 3) {
+    const glm::vec3 c(colour[i], colour[i + 1], colour[i + 2]);
+    if (c == background) continue;
+    const glm::vec3 shown = f32::exposed(exposure, c);
+    std::copy(&shown.x, &shown.x + 3, &colour[i]);
+  }
+}
+
+}  // namespace trisoup::train

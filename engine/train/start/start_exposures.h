@@ -1,0 +1,23 @@
+// Exposures of the training photographs before the first step.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/batch_view.h"
+#include "train/step/soup_buffers.h"
+
+namespace trisoup::train {
+
+/// Gains of the photographs (balanced_gains()) from the places of a surface that several of them show. Steps, which
+/// compare one photograph at a time with textures, would take thousands of steps to carry brightness along a street.
+/// views: of `photographs`, at any size. If the soup is shared, all ranks make this call.
+std::vector<glm::vec3> start_exposures(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                                       std::span<const BatchView> views, const std::vector<scene::View>& photographs);
+
+}  // namespace trisoup::train

@@ -1,0 +1,166 @@
+// Tests engine/train/quality/view_exposures.h, and that model files keep exposures.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "format/model_file.h"
+#include "soup/random.h"
+#include "soup/texture_table.h"
+#include "train/quality/view_exposures.h"
+
+using namespace trisoup;
+
+namespace {
+
+/// A photograph from a circle of radius 1 around the origin, at `turn` of the way round, of 60 x 40 pixels.
+scene::View view_at(const std::string& name, double turn, double focal = 50) {
+  scene::View view;
+  view.name = name;
+  view.camera.width = 60, view.camera.height = 40;
+  view.camera.fx = view.camera.fy = focal;
+  const double angle = 6.283185307179586 * turn;
+  const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
+  view.camera.world_to_camera =
+      glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+  return view;
+}
+
+struct Training {
+  std::vector<scene::View> views;
+  std::vector<glm::vec4> gains;
+  void add(const scene::View& view, const glm::vec3& gain) {
+    views.push_back(view);
+    gains.emplace_back(gain, 0.0f);
+  }
+  train::ViewExposures exposures() const { return train::ViewExposures(train::photograph_exposures(views, gains)); }
+};
+
+glm::vec3 smooth(double turn) {
+  const auto a = static_cast<float>(6.283185307179586 * turn);
+  return {0.5f * std::sin(a), 0.3f * std::cos(a), -0.2f * std::sin(2 * a)};
+}
+
+}  // namespace
+
+TEST_CASE("a photograph's exposure is foretold from those of its neighbours", "[exposure]") {
+  Training ring;
+  for (int i = 0; i < 40; ++i) ring.add(view_at(std::to_string(i), i / 40.0), smooth(i / 40.0));
+  const train::ViewExposures exposures = ring.exposures();
+  for (const double turn : {0.0125, 0.3, 0.7131}) {
+    const glm::vec3 gain = exposures.at(view_at("test", turn)), expected = smooth(turn);
+    for (int c = 0; c < 3; ++c) CHECK(gain[c] == Approx(expected[c]).margin(0.03));
+  }
+}
+
+TEST_CASE("exposures that neighbours do not share are foretold as their mean", "[exposure]") {
+  soup::Random r(4);
+  Training ring;
+  glm::vec3 mean(0);
+  for (int i = 0; i < 40; ++i) {
+    ring.add(view_at(std::to_string(i), i / 40.0), glm::vec3(r.uniform01() < 0.5 ? -0.5f : 0.5f));
+    mean += glm::vec3(ring.gains.back()) / 40.0f;
+  }
+  const glm::vec3 gain = ring.exposures().at(view_at("test", 0.31));
+  for (int c = 0; c < 3; ++c) CHECK(gain[c] == Approx(mean[c]).margin(0.15));
+}
+
+TEST_CASE("cameras have exposures of their own", "[exposure]") {
+  Training two;
+  for (int i = 0; i < 12; ++i) {
+    const bool dark = i >= 8;
+    two.add(view_at((dark ? "images/b/" : "images/a/") + std::to_string(i), i / 12.0),
+            glm::vec3(dark ? -0.8f : 0.4f, 0, 0));
+  }
+  const train::ViewExposures exposures = two.exposures();
+  CHECK(exposures.at(view_at("images/a/test.jpg", 0.9)).r == Approx(0.4f));
+  CHECK(exposures.at(view_at("images/b/test.jpg", 0.1)).r == Approx(-0.8f));
+  CHECK(exposures.at(view_at("images/b/focused.jpg", 0.1, 52)).r == Approx(-0.8f));
+  // The same camera in the other orientation, or in smaller photographs.
+  scene::View other = view_at("images/b/portrait.jpg", 0.1);
+  std::swap(other.camera.width, other.camera.height);
+  CHECK(exposures.at(other).r == Approx(-0.8f));
+  other = view_at("images/b/small.jpg", 0.1, 25);
+  other.camera.width = 30, other.camera.height = 20;
+  CHECK(exposures.at(other).r == Approx(-0.8f));
+  // No training photograph is by these.
+  CHECK(exposures.at(view_at("images/c/other.jpg", 0.1)) == glm::vec3(0));
+  CHECK(exposures.at(view_at("images/b/zoomed.jpg", 0.1, 80)) == glm::vec3(0));
+  other = view_at("images/b/square.jpg", 0.1);
+  other.camera.width = 40;
+  CHECK(exposures.at(other) == glm::vec3(0));
+}
+
+TEST_CASE("means of cameras shrink if photographs of one camera differ as much", "[exposure]") {
+  soup::Random r(2);
+  Training two;
+  float mean = 0;
+  for (int i = 0; i < 12; ++i) {
+    const bool dark = i >= 8;
+    const float gain = (dark ? -0.4f : 0.2f) + static_cast<float>(r.uniform(-1.8, 1.8));
+    two.add(view_at((dark ? "b/" : "a/") + std::to_string(i), r.uniform01()), glm::vec3(gain));
+    if (dark) mean += gain / 4;
+  }
+  const train::ViewExposures exposures = two.exposures();
+  float foretold = 0;
+  for (int i = 0; i < 16; ++i) foretold += exposures.at(view_at("b/test", i / 16.0)).r / 16;
+  CAPTURE(mean, foretold);
+  CHECK(std::abs(foretold) < 0.7f * std::abs(mean));
+}
+
+TEST_CASE("photographs without differences have no exposures", "[exposure]") {
+  Training ring;
+  for (int i = 0; i < 4; ++i) ring.add(view_at(std::to_string(i), i / 4.0), glm::vec3(0));
+  CHECK(train::photograph_exposures(ring.views, ring.gains).empty());
+  CHECK(train::photograph_exposures(ring.views, {}).empty());
+  CHECK(ring.exposures().empty());
+  CHECK(train::ViewExposures().at(view_at("test", 0.3)) == glm::vec3(0));
+}
+
+TEST_CASE("an exposure changes all of a picture but its background", "[exposure]") {
+  std::vector<float> colour{0, 0, 0, 0.5f, 0.5f, 1};
+  train::expose(colour, glm::vec3(std::log(3.0f), -std::log(3.0f), 2), glm::vec3(0));
+  CHECK(colour[0] == 0);
+  CHECK(colour[3] == Approx(0.75f));
+  CHECK(colour[4] == Approx(0.25f));
+  CHECK(colour[5] == 1);
+}
+
+TEST_CASE("a model file keeps the exposures of its training views", "[exposure][model]") {
+  soup::Model model;
+  model.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  model.textures = soup::make_texture_table(1, soup::TextureLevels{0, 0}).entries;
+  model.lattice.assign(std::size_t(soup::samples_at(0)) * soup::kChannels, 7);
+  model.scale = 2, model.centre = {1, 2, 3};
+  soup::ModelFileOptions options;
+  Training ring;
+  for (int i = 0; i < 6; ++i) ring.add(view_at("images/" + std::to_string(i), i / 6.0), smooth(i / 6.0));
+  options.cameras.push_back({"images/t", true, view_at("images/t", 0.4).camera});
+  for (const scene::View& view : ring.views) options.cameras.push_back({view.name, false, view.camera});
+  options.cameras.push_back({"images/held_out", false, view_at("images/held_out", 0.7).camera});
+  const auto read_back = [&] {
+    return soup::decode_model(soup::encode_model(model, options), "model").model.exposures;
+  };
+  CHECK(read_back().empty());
+  model.exposures = train::photograph_exposures(ring.views, ring.gains);
+  const auto again = read_back();
+  REQUIRE(again.size() == 6);
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(again[i].name == ring.views[i].name);
+    CHECK(again[i].gain == glm::vec3(ring.gains[i]));
+    CHECK(again[i].focal == Approx(model.exposures[i].focal));
+    CHECK(glm::distance(again[i].position, model.exposures[i].position) < 1e-6);
+    CHECK(glm::distance(again[i].direction, model.exposures[i].direction) < 1e-6);
+  }
+  // Views in other coordinates than the model's.
+  const scene::Normalisation other{{0, 0, 0}, 1};
+  scene::View view = view_at("images/x", 0.4);
+  const glm::vec3 here = train::ViewExposures(model, {model.centre, model.scale}).at(view);
+  const glm::dvec3 world = scene::Normalisation{model.centre, model.scale}.to_world(view.camera.centre());
+  view.camera.world_to_camera[3] = glm::dvec4(-(glm::dmat3(view.camera.world_to_camera) * world), 1);
+  const glm::vec3 there = train::ViewExposures(model, other).at(view);
+  for (int c = 0; c < 3; ++c) CHECK(there[c] == Approx(here[c]).margin(1e-4));
+  CHECK(train::gains_of(model, {ring.views[4], view_at("other", 0)}) ==
+        std::vector<glm::vec3>{glm::vec3(ring.gains[4]), glm::vec3(0)});
+}
