@@ -198,6 +198,15 @@ outputs: a name, which returns an array, or a sequence of names, which returns a
 'features' (H, W, 8) float32, what the texture gives there, as in Model.features, 0 where nothing is.
 background: three values from 0 to 1 instead of the model's. device: None (a GPU if there is one), 'cpu', 'vulkan',
 'cuda' or a Device. Raises Error for cameras that are not valid, ValueError or TypeError for other arguments.)")
+      .def(
+          "exposure",
+          [](const Model& m, const PyView& v) {
+            const std::array<float, 3> gain = m.exposure(v.view);
+            return array_of(std::vector<float>(gain.begin(), gain.end()), {3});
+          },
+          py::arg("view"),
+          "What the photograph of a View makes of the model's colours, foretold from the training photographs of its "
+          "camera: it multiplies the odds c / (1 - c) of red, green and blue by exp of these, (3,) float32.")
       .def("evaluate", &evaluate, py::arg("dataset"), py::arg("views") = "test", py::kw_only(),
            py::arg("device") = py::none(),
            "Compares with the photographs of the 'test' or 'train' views, as soup-eval does. Returns an Evaluation. "

@@ -146,6 +146,13 @@ std::array<double, 2> Model::clip_planes() const {
   return {impl_->near / impl_->model.scale, impl_->far / impl_->model.scale};
 }
 
+std::array<float, 3> Model::exposure(const View& view) const {
+  const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
+  const scene::View seen{view.name, scene::normalised(scene_camera(view.camera), normalisation), {}};
+  const glm::vec3 gain = train::ViewExposures(impl_->model, normalisation).at(seen);
+  return {gain.x, gain.y, gain.z};
+}
+
 Quality Model::quality(Device& device, const Dataset& dataset) const { return evaluate(device, dataset).mean; }
 
 Evaluation Model::evaluate(Device& device, const Dataset& dataset, bool training) const {

@@ -19,6 +19,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr float kMostGain = 10;         // beyond it floats tell nothing apart from black or white
 constexpr std::size_t kPoseFloats = 7;  // quaternion x, y, z, w; translation
 
 /// Rounds to eight decimals, about float precision. More digits would enlarge a small model noticeably.
@@ -200,7 +201,7 @@ std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const js
     glm::vec3 gain;
     std::memcpy(&gain, &bytes[i * sizeof(gain)], sizeof(gain));
     if (std::isnan(gain.x) && std::isnan(gain.y) && std::isnan(gain.z)) continue;  // the camera has none
-    if (!(glm::length(gain) < 100)) throw parts.damaged("an exposure is not a number or too large");
+    if (!(glm::length(gain) < kMostGain)) throw parts.damaged("an exposure is not a number or too large");
     exposures.push_back(exposure_at(cameras[i].name, cameras[i].camera));
     exposures.back().gain = gain;
   }

@@ -37,7 +37,8 @@ CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 /// one.
 std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::span<const PhotographExposure> exposures);
 
-/// The exposures of a file's cameras. Throws Error if their number differs from the cameras', or if one is not finite.
+/// The exposures of a file's cameras. Throws Error if their number differs from the cameras', or if one is not a number
+/// or too large.
 std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const nlohmann::json& json,
                                                std::span<const ModelCamera> cameras);
 

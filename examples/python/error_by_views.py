@@ -2,7 +2,7 @@
 
 error_by_views.py DATASET MODEL [RESOLUTION]: a row for pixels whose surface no training view shows unhidden, one shows,
 several show but all from one side, and several show with the test camera between them. PSNR is that of all such pixels
-together, without the exposures of cameras.
+together, in the exposures that the model foretells.
 """
 
 import sys
@@ -79,6 +79,8 @@ def main() -> None:
     pixels, squares = np.zeros(len(ROWS)), np.zeros(len(ROWS))
     for view in scene.test:
         colour, depth = model.render(view.camera, ("colour", "depth"))
+        odds = np.exp(model.exposure(view))
+        colour = odds * colour / (1 + (odds - 1) * colour)
         error = ((np.clip(colour, 0, 1) - view.image[..., :3] / 255) ** 2).mean(-1).ravel()
         with np.errstate(invalid="ignore", divide="ignore"):  # pixels without a triangle are at infinity
             row = row_of_pixels(view.camera, surface(view.camera, depth.astype(float)), train)

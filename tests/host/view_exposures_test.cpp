@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -51,19 +52,47 @@ TEST_CASE("a photograph's exposure is foretold from those of its neighbours", "[
   for (const double turn : {0.0125, 0.3, 0.7131}) {
     const glm::vec3 gain = exposures.at(view_at("test", turn)), expected = smooth(turn);
     for (int c = 0; c < 3; ++c) CHECK(gain[c] == Approx(expected[c]).margin(0.03));
+    // Folders of training and test views are no different cameras.
+    CHECK(exposures.at(view_at("test/0", turn)) == gain);
+    CHECK(exposures.at(view_at("test/zoomed", turn, 80)) == glm::vec3(0));
   }
 }
 
 TEST_CASE("exposures that neighbours do not share are foretold as their mean", "[exposure]") {
   soup::Random r(4);
-  Training ring;
-  glm::vec3 mean(0);
-  for (int i = 0; i < 40; ++i) {
-    ring.add(view_at(std::to_string(i), i / 40.0), glm::vec3(r.uniform01() < 0.5 ? -0.5f : 0.5f));
-    mean += glm::vec3(ring.gains.back()) / 40.0f;
+  double squares = 0;
+  constexpr int kRings = 20;
+  for (int ring_number = 0; ring_number < kRings; ++ring_number) {
+    Training ring;
+    glm::vec3 mean(0);
+    for (int i = 0; i < 24; ++i) {
+      ring.add(view_at(std::to_string(i), i / 24.0), glm::vec3(r.uniform01() < 0.5 ? -0.5f : 0.5f));
+      mean += glm::vec3(ring.gains.back()) / 24.0f;
+    }
+    // Beside a photograph, whose gain is chance.
+    const float beyond = ring.exposures().at(view_at("test", 5.02 / 24)).r - mean.r;
+    squares += beyond * beyond / kRings;
   }
-  const glm::vec3 gain = ring.exposures().at(view_at("test", 0.31));
-  for (int c = 0; c < 3; ++c) CHECK(gain[c] == Approx(mean[c]).margin(0.15));
+  CHECK(std::sqrt(squares) < 0.3);  // 0.5: what a copy of the neighbour's would have
+}
+
+TEST_CASE("a training photograph has its own exposure", "[exposure]") {
+  Training ring;
+  for (int i = 0; i < 8; ++i) ring.add(view_at(std::to_string(i), i / 8.0), glm::vec3(i % 2 ? -0.5f : 0.5f));
+  CHECK(ring.exposures().at(ring.views[3]) == glm::vec3(-0.5f));
+}
+
+TEST_CASE("faces of panoramas are of one camera, and views from one place differ by direction", "[exposure]") {
+  Training panoramas;
+  for (int i = 0; i < 12; ++i) {
+    scene::View view = view_at("images/" + std::to_string(i / 4) + ".jpg/face", i / 12.0);
+    view.camera.world_to_camera[3] = glm::dvec4(0, 0, 0, 1);
+    panoramas.add(view, smooth(i / 12.0));
+  }
+  scene::View view = view_at("images/9.jpg/face", 0.3);
+  view.camera.world_to_camera[3] = glm::dvec4(0, 0, 0, 1);
+  const glm::vec3 gain = panoramas.exposures().at(view);
+  for (int c = 0; c < 2; ++c) CHECK(gain[c] == Approx(smooth(0.3)[c]).margin(0.1));
 }
 
 TEST_CASE("cameras have exposures of their own", "[exposure]") {
@@ -153,6 +182,11 @@ TEST_CASE("a model file keeps the exposures of its training views", "[exposure][
     CHECK(glm::distance(again[i].position, model.exposures[i].position) < 1e-6);
     CHECK(glm::distance(again[i].direction, model.exposures[i].direction) < 1e-6);
   }
+  for (const float damage : {std::numeric_limits<float>::infinity(), 50.0f}) {
+    model.exposures[2].gain.y = damage;
+    CHECK_THROWS_WITH(read_back(), Catch::Contains("model: is damaged") && Catch::Contains("exposure"));
+  }
+  model.exposures[2].gain.y = ring.gains[2].y;
   // Views in other coordinates than the model's.
   const scene::Normalisation other{{0, 0, 0}, 1};
   scene::View view = view_at("images/x", 0.4);

@@ -202,6 +202,7 @@ class Fuzz(SceneTest):
             (trisoup.Dataset, ("path", "resolution", "test_every", "background", "alpha"), 1),
             (trisoup.Model.load, ("path",), 1),
             (self.soup.render, ("camera", "outputs", "background", "device"), 1),
+            (self.soup.exposure, ("view",), 1),
             (self.soup.evaluate, ("dataset", "views", "device"), 1),
             (trisoup.Training, ("dataset", "preset", "steps", "triangles", "seed", "settings", "vertices", "colours"),
              1),

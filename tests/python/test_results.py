@@ -73,6 +73,27 @@ class Results(SceneTest):
         again = trisoup.Model.load(self.save(model))
         self.assertEqual(bits(again.render(view.camera, device=CPU)), bits(image))
 
+    def test_exposures_are_those_that_are_measured(self) -> None:
+        """Photographs darker on one side: test views are compared in the exposure of their neighbours."""
+        views, images = self.scene.train + self.scene.test, []
+        for view in views:
+            odds = math.exp(0.8 * np.sign(view.camera.world_to_camera[2, 0]))
+            colour = view.image / 255
+            images.append(np.round(255 * odds * colour / (1 + (odds - 1) * colour)).astype(np.uint8))
+        scene = trisoup.Dataset.from_arrays(images, [v.camera for v in views], names=[v.name for v in views],
+                                            test=[v.test for v in views])
+        training = trisoup.Training(scene, preset="fast", steps=120, device="cpu",
+                                    settings={**TINY, "exposure": True})
+        training.run()
+        model = training.model()
+        for view, quality in zip(scene.test, model.evaluate(scene, device="cpu").views):
+            odds = np.exp(model.exposure(view))
+            self.assertGreater(np.abs(np.log(odds)).max(), 0.02)
+            image = model.render(view.camera, device=CPU)
+            shown = np.where(image == model.background, image, odds * image / (1 + (odds - 1) * image))
+            error = np.abs(np.clip(shown, 0, 1) - view.image / np.float32(255))[view.mask >= 128].mean()
+            self.assertAlmostEqual(float(error), quality.mae, places=5)
+
     def save(self, model: trisoup.Model):
         model.save(self.folder / "saved.glb")
         return self.folder / "saved.glb"

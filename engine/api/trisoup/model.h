@@ -68,7 +68,11 @@ class Model {
   /// stays on the device for later calls. Throws if the camera is not valid or memory runs out.
   Picture render(Device& device, const Camera& camera) const;
   Rendering render(Device& device, const Camera& camera, const RenderOptions& options) const;
-  /// Measures the model on the dataset's test views. Throws if there are none.
+  /// What the view's photograph makes of the model's colours, foretold from the training photographs of its camera: it
+  /// multiplies the odds c / (1 - c) of red, green and blue by exp of these. 0 where nothing is known. Throws if the
+  /// camera is not valid.
+  std::array<float, 3> exposure(const View& view) const;
+  /// Measures the model on the dataset's test views, in their exposures. Throws if there are none.
   Quality quality(Device& device, const Dataset& dataset) const;
   /// The same for each view. training: on the training views instead.
   Evaluation evaluate(Device& device, const Dataset& dataset, bool training = false) const;

@@ -54,7 +54,7 @@ struct Settings {
   double small_share = 0;          // first share of the steps, which trains on smaller pictures
   double pixel_jitter = 0.25;      // largest distance of samples from pixel centres, pixels along each axis
   double random_background = 0;    // share of views that steps see on random backgrounds, if photographs have alpha
-  bool exposure = false;           // fits gains and offsets of each photograph (docs/method.md, "Exposure")
+  bool exposure = false;           // finds an exposure of each photograph (docs/method.md, "Exposure")
   bool pose_corrections = false;   // corrects the poses of training cameras (docs/method.md, "Poses")
   double pose_motion = 0.25;       // pixels; with a smaller median of the first corrections there are none
   std::uint64_t pose_every = 0;    // steps between corrections; 0: none

@@ -91,7 +91,7 @@ constexpr Setting kTable[] = {
      "dB; triangles and finest texture levels are pruned if twice their samples would gain less; 0: no pruning",
      {.usual = 0.2, .published = 0, .note = "0.05 with a PSNR or SSIM to reach"}},
     {"Method", "exposure", &S::exposure, option, kNone,
-     "fits gains and offsets of each photograph, for captures with automatic exposure or white balance",
+     "finds an exposure of each photograph, for captures with automatic exposure or white balance",
      {.note = "true for real scenes, false for synthetic ones; published false"}},
     {"Method", "pose_corrections", &S::pose_corrections, option, kNone,
      "corrects poses of training photographs that are a little off",

@@ -129,14 +129,15 @@ AlignedEvaluation evaluate_aligned(gpu::Device& gpu, const soup::Model& model, c
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
   AlignedEvaluation result;
   result.changes = aligned_poses(gpu, loaded.soup, loaded.buffers, scene.test, model.background, near, far);
+  const ViewExposures exposures(model, scene.normalisation);
   for (std::size_t first = 0; first < scene.test.size(); first += kTogether) {
     std::vector<scene::View> views;  // copies of a few photographs at a time
     for (std::size_t i = first; i < std::min(first + kTogether, scene.test.size()); ++i) {
       views.push_back(scene.test[i]);
       views.back().camera = scene::changed(views.back().camera, result.changes[i]);
     }
-    const Evaluation some = evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, {}, {},
-                                     ViewExposures(model, scene.normalisation));
+    const Evaluation some =
+        evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, {}, {}, exposures);
     result.evaluation.views.insert(result.evaluation.views.end(), some.views.begin(), some.views.end());
   }
   result.evaluation.mean = mean(result.evaluation.views);

@@ -17,20 +17,31 @@ namespace {
 using soup::PhotographExposure;
 
 constexpr std::size_t kNearest = 32;  // photographs that foretell one
-constexpr std::size_t kTrials = 128;  // photographs that are foretold to choose the process
+constexpr std::size_t kTrials = 64;   // photographs that are foretold to choose the process
 constexpr double kTurn = 0.87;        // radians that count as much as the spread of the positions
 
+/// The folder of a photograph. Faces of a panorama are named like photographs in a folder x.jpg.
 std::string folder_of(const std::string& name) {
-  const std::size_t slash = name.find_last_of('/');
-  return slash == std::string::npos ? std::string() : name.substr(0, slash);
+  const auto above = [](const std::string& path) {
+    const std::size_t slash = path.find_last_of('/');
+    return slash == std::string::npos ? std::string() : path.substr(0, slash);
+  };
+  const std::string folder = above(name);
+  const bool is_face =
+      name.find('.', folder.size()) == std::string::npos && folder.find('.', above(folder).size()) != std::string::npos;
+  return is_face ? above(folder) : folder;
 }
 
 PhotographExposure place_of(const scene::View& view) { return soup::exposure_at(utf8(view.name), view.camera); }
 
-bool is_same_camera(const PhotographExposure& a, const PhotographExposure& b) {
+bool is_same_lens(const PhotographExposure& a, const PhotographExposure& b) {
   constexpr double kFocal = 1.1, kAspect = 1.02;  // ratios that focusing and rounded sizes stay below
   const auto near = [](double x, double y, double ratio) { return x < ratio * y && y < ratio * x; };
-  return folder_of(a.name) == folder_of(b.name) && near(a.focal, b.focal, kFocal) && near(a.aspect, b.aspect, kAspect);
+  return near(a.focal, b.focal, kFocal) && near(a.aspect, b.aspect, kAspect);
+}
+
+bool is_same_camera(const PhotographExposure& a, const PhotographExposure& b) {
+  return folder_of(a.name) == folder_of(b.name) && is_same_lens(a, b);
 }
 
 /// Squared distance of two cameras in units of the spread of positions.
@@ -91,17 +102,20 @@ ViewExposures::ViewExposures(std::span<const PhotographExposure> photographs) {
       within += average(beyond * beyond);
       squares += glm::dot(way, way) / n;
     }
-    g.spread = squares > 0 ? std::sqrt(squares) : 1.0;
+    g.spread = squares > 1e-12 ? std::sqrt(squares) : 1.0;  // smaller: all at one place
     choose_process(g);
   }
   // Every camera's mean takes a degree of freedom.
   within /= std::max(1.0, double(photographs.size() - groups_.size()));
-  for (Group& g : groups_)
+  for (Group& g : groups_) {
+    g.centre = g.mean;
     if (groups_.size() > 1)
       g.mean *= f64::exposure_share(average(g.mean * g.mean), within / double(g.photographs.size()));
+  }
 }
 
-glm::dvec3 ViewExposures::beyond_mean(const Group& group, const PhotographExposure& at, double width, double noise) {
+glm::dvec3 ViewExposures::beyond(const Group& group, const glm::dvec3& mean, const PhotographExposure& at, double width,
+                                 double noise) {
   std::vector<std::pair<double, const PhotographExposure*>> near;
   for (const PhotographExposure& p : group.photographs)
     if (&p != &at) near.emplace_back(apart(p, at, group.spread), &p);
@@ -118,9 +132,9 @@ glm::dvec3 ViewExposures::beyond_mean(const Group& group, const PhotographExposu
   const std::array<double, kNearest> weights = solve_symmetric(matrix, right);
   glm::dvec3 sum(0.0), least(0.0), most(0.0);
   for (std::size_t i = 0; i < n; ++i) {
-    const glm::dvec3 beyond = glm::dvec3(near[i].second->gain) - group.mean;
-    sum += weights[i] * beyond;
-    least = glm::min(least, beyond), most = glm::max(most, beyond);
+    const glm::dvec3 its = glm::dvec3(near[i].second->gain) - mean;
+    sum += weights[i] * its;
+    least = glm::min(least, its), most = glm::max(most, its);
   }
   return glm::clamp(sum, least, most);  // far from all photographs a wide process may overshoot
 }
@@ -132,15 +146,13 @@ void ViewExposures::choose_process(Group& group) {
     double sum = 0;
     for (std::size_t i = 0; i < trials; ++i) {
       const PhotographExposure& p = group.photographs[i * all / trials];
-      const glm::dvec3 beyond = glm::dvec3(p.gain) - group.mean;
-      // The mean of the others is farther away than the mean of all.
-      const glm::dvec3 rest = width > 0 ? beyond - beyond_mean(group, p, width, noise) : beyond;
+      const glm::dvec3 gain(p.gain), mean = (double(all) * group.mean - gain) / double(all - 1);  // of the others
+      const glm::dvec3 rest = gain - mean - (width > 0 ? beyond(group, mean, p, width, noise) : glm::dvec3(0.0));
       sum += average(rest * rest);
     }
     return sum;
   };
-  const double others = double(all) / double(all - 1);
-  double least = error(0, 0) * others * others;
+  double least = 0.95 * error(0, 0);  // the best of many is better by chance
   for (const double width : {0.05, 0.1, 0.2, 0.4, 0.8, 1.6})
     for (const double noise : {0.01, 0.03, 0.1, 0.3, 1.0})
       if (const double e = error(width, noise); e < least) least = e, group.width = width, group.noise = noise;
@@ -149,9 +161,20 @@ void ViewExposures::choose_process(Group& group) {
 glm::vec3 ViewExposures::at(const scene::View& view) const {
   const PhotographExposure place = place_of(view);
   for (const Group& g : groups_)
-    if (is_same_camera(g.photographs.front(), place))
-      return glm::vec3(g.mean + (g.width > 0 ? beyond_mean(g, place, g.width, g.noise) : glm::dvec3(0.0)));
-  return glm::vec3(0);
+    for (const PhotographExposure& p : g.photographs)
+      if (p.name == place.name) return p.gain;
+  const Group* own = nullptr;
+  for (const Group& g : groups_)
+    if (is_same_camera(g.photographs.front(), place)) own = &g;
+  if (!own) {  // test views often have a folder of their own
+    const auto alike = [&](const Group& g) { return is_same_lens(g.photographs.front(), place); };
+    if (std::count_if(groups_.begin(), groups_.end(), alike) == 1)
+      own = &*std::find_if(groups_.begin(), groups_.end(), alike);
+  }
+  if (!own) return glm::vec3(0);
+  glm::dvec3 gain = own->mean;
+  if (own->width > 0) gain += beyond(*own, own->centre, place, own->width, own->noise);
+  return glm::vec3(gain);
 }
 
 void expose(std::vector<float>& colour, const glm::vec3& gain, const glm::vec3& background) {

@@ -23,8 +23,9 @@ std::vector<glm::vec3> gains_of(const soup::Model& model, const std::vector<scen
 /// Foretells exposures from those of the training photographs of the same camera: their mean plus a Gaussian process
 /// over position and viewing direction (kriging; Rasmussen and Williams 2006), of the nearest photographs. Its width
 /// and noise are those that foretell the training photographs best, each from the others; there is no such process if
-/// the mean does so better. Views are of one camera if folder and proportions are the same, and the angle of view within
-/// 10 %. With several cameras their means are shrunk by what photographs of one camera differ (James and Stein 1961).
+/// the mean does so better. Views are of one camera if folder and proportions are the same, and the angle of view
+/// within 10 %; a view in a folder without training photographs is by the only camera with its lens. With several
+/// cameras their means are shrunk by what photographs of one camera differ (James and Stein 1961).
 class ViewExposures {
  public:
   ViewExposures() = default;
@@ -33,17 +34,20 @@ class ViewExposures {
   /// Of a model, for views in the coordinates of `normalisation`.
   ViewExposures(const soup::Model& model, const scene::Normalisation& normalisation);
   bool empty() const { return groups_.empty(); }
-  /// Gains of a view, whose own photograph is not looked at. 0 for a camera that has taken no training photograph.
+  /// Gains of a view, whose own photograph is not looked at; a training photograph's own. 0 for a camera that has taken
+  /// no training photograph.
   glm::vec3 at(const scene::View& view) const;
 
  private:
   struct Group {
     std::vector<soup::PhotographExposure> photographs;
-    glm::dvec3 mean{0.0};
-    double spread = 1;           // of the positions, a distance
-    double width = 0, noise = 0;  // of the process; width 0: none
+    glm::dvec3 centre{0.0}, mean{0.0};  // mean of the gains; the same after shrinkage
+    double spread = 1;                  // of the positions, a distance
+    double width = 0, noise = 0;        // of the process; width 0: none
   };
-  static glm::dvec3 beyond_mean(const Group& group, const soup::PhotographExposure& at, double width, double noise);
+  /// What the process adds to `mean`, from all photographs but `at` itself.
+  static glm::dvec3 beyond(const Group& group, const glm::dvec3& mean, const soup::PhotographExposure& at, double width,
+                           double noise);
   static void choose_process(Group& group);
   std::vector<Group> groups_;
 };

@@ -8,7 +8,7 @@
 namespace trisoup::train {
 namespace {
 
-constexpr double kLeastPlaces = 30;  // of a photograph without which it says nothing about its exposure
+constexpr double kPlacesOfPhotograph = 30;  // of a photograph without which it says nothing about its exposure
 constexpr int kReweightings = 12, kMostIterations = 400;
 constexpr double kSlack = 0.02;  // smaller differences of colours weigh alike
 
@@ -31,9 +31,9 @@ class Balance {
       if (colours.size() < 2) continue;
       std::vector<Sighting>& place = places_.emplace_back();
       for (const SeenColour& seen : colours) {
-        const glm::dvec3 c = seen.colour, slope = c * (1.0 - c);
-        place.push_back({seen.photograph, seen.pixels, glm::log(c / (1.0 - c)), slope,
-                         seen.pixels * slope * slope});
+        const glm::dvec3 c(seen.colour), slope = c * (1.0 - c);
+        place.push_back(
+            {seen.photograph, seen.pixels, glm::log(c / (1.0 - c)), slope, double(seen.pixels) * slope * slope});
         counts_[seen.photograph] += 1;
       }
     }
@@ -65,18 +65,20 @@ class Balance {
     return sum / weights;
   }
 
-  /// Calls f(sighting, what is left of its odds without its gain and the place's own odds).
+  /// Calls f(sighting, what is left of its odds without its gain and the place's own odds, how much less the square of
+  /// that is on average than with the place's true odds).
   template <class F>
   void each_rest(F&& f) {
     for (std::vector<Sighting>& place : places_) {
       const glm::dvec3 own = mean_over(place, [&](const Sighting& s) { return s.odds - gains_[s.photograph]; });
-      for (Sighting& s : place) f(s, s.odds - gains_[s.photograph] - own);
+      const double less = 1 - 1 / double(place.size());
+      for (Sighting& s : place) f(s, s.odds - gains_[s.photograph] - own, less);
     }
   }
 
   /// Makes squared differences of odds count as absolute ones of colours.
   void reweight() {
-    each_rest([](Sighting& s, const glm::dvec3& rest) {
+    each_rest([](Sighting& s, const glm::dvec3& rest, double) {
       s.weight = s.pixels * s.slope * s.slope / (kSlack + s.slope * glm::abs(rest));
     });
   }
@@ -90,24 +92,29 @@ class Balance {
     return result;
   }
 
-  /// Conjugate gradients (Hestenes and Stiefel 1952), preconditioned by the diagonal. The matrix does not determine the
-  /// sum of all gains; the right side has no part there.
+  /// Conjugate gradients (Hestenes and Stiefel 1952), preconditioned by the weights. The matrix does not determine the
+  /// sum of the gains of photographs that are connected. The right side has rounding errors alone there, which the
+  /// absolute part of `end` keeps out.
   void improve() {
-    Gains rest(gains_.size(), glm::dvec3(0.0)), diagonal = rest;
-    each_rest([&](const Sighting& s, const glm::dvec3& r) {
+    Gains rest(gains_.size(), glm::dvec3(0.0)), weights = rest;
+    glm::dvec3 all(0.0);
+    each_rest([&](const Sighting& s, const glm::dvec3& r, double) {
       rest[s.photograph] += s.weight * r;
-      diagonal[s.photograph] += s.weight;
+      weights[s.photograph] += s.weight;
+      all += s.weight;
     });
     const auto preconditioned = [&] {
       Gains z = rest;
       for (std::size_t v = 0; v < z.size(); ++v)
-        if (counts_[v] > 0) z[v] /= diagonal[v];
+        if (counts_[v] > 0) z[v] /= weights[v];
       return z;
     };
     Gains direction = preconditioned();
     glm::dvec3 size = dot(rest, direction);
-    const glm::dvec3 end = 1e-10 * size;
-    const auto over = [&](const glm::dvec3& a, const glm::dvec3& b, int c) { return size[c] > end[c] ? a[c] / b[c] : 0; };
+    const glm::dvec3 end = 1e-10 * size + 1e-18 * all;
+    const auto over = [&](const glm::dvec3& a, const glm::dvec3& b, int c) {
+      return size[c] > end[c] && b[c] > 0 ? a[c] / b[c] : 0;
+    };
     for (int i = 0; i < kMostIterations && glm::any(glm::greaterThan(size, end)); ++i) {
       const Gains product = multiplied(direction);
       const glm::dvec3 curvature = dot(direction, product);
@@ -125,8 +132,8 @@ class Balance {
   /// shadows and reflections are alike over large parts of it. As for the fits of steps.
   std::vector<double> variances() {
     Gains squares(gains_.size(), glm::dvec3(0.0)), weights = squares;
-    each_rest([&](const Sighting& s, const glm::dvec3& rest) {
-      squares[s.photograph] += s.weight * rest * rest;
+    each_rest([&](const Sighting& s, const glm::dvec3& rest, double less) {
+      squares[s.photograph] += s.weight * rest * rest / less;
       weights[s.photograph] += s.weight;
     });
     std::vector<double> result(gains_.size());
@@ -140,9 +147,9 @@ class Balance {
     glm::dvec3 mean(0.0);
     double known = 0, noise = 0, spread = 0;
     for (std::size_t v = 0; v < gains_.size(); ++v)
-      if (counts_[v] >= kLeastPlaces) mean += gains_[v], known += 1, noise += uncertain[v];
+      if (counts_[v] >= kPlacesOfPhotograph) mean += gains_[v], known += 1, noise += uncertain[v];
     for (std::size_t v = 0; v < gains_.size(); ++v) {
-      gains_[v] = counts_[v] >= kLeastPlaces ? gains_[v] - mean / known : glm::dvec3(0.0);
+      gains_[v] = counts_[v] >= kPlacesOfPhotograph ? gains_[v] - mean / known : glm::dvec3(0.0);
       spread += mean_of_channels(gains_[v] * gains_[v]);
     }
     const double share = known >= 2 ? f64::exposure_share(spread / known, noise / known) : 0.0;

@@ -12,8 +12,8 @@ namespace trisoup::train {
 /// A photograph's colour of a place.
 struct SeenColour {
   std::uint32_t photograph = 0;
-  double pixels = 0;       // number of which `colour` is the mean
-  glm::dvec3 colour{0.0};  // above 0 and below 1
+  float pixels = 0;        // number of which `colour` is the mean
+  glm::vec3 colour{0.0f};  // above 0 and below 1
 };
 
 /// Gains of photographs (shaders/common/exposure.h), whose mean is 0: those that minimise the differences between the
