@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr float kMostGain = 10;         // beyond it floats tell nothing apart from black or white
+constexpr float kMostGain = 5;          // of a channel; beyond it hardly anything is left but black or white
 constexpr std::size_t kPoseFloats = 7;  // quaternion x, y, z, w; translation
 
 /// Rounds to eight decimals, about float precision. More digits would enlarge a small model noticeably.
@@ -184,7 +184,8 @@ std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::spa
     const auto found = c.test ? known.end() : known.find(c.name);
     any = any || found != known.end();
     for (int i = 0; i < 3; ++i)
-      gains.push_back(found != known.end() ? found->second[i] : std::numeric_limits<float>::quiet_NaN());
+      gains.push_back(found != known.end() ? std::clamp(found->second[i], -kMostGain, kMostGain)
+                                           : std::numeric_limits<float>::quiet_NaN());
   }
   if (!any) gains.clear();
   return gains;
@@ -201,7 +202,7 @@ std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const js
     glm::vec3 gain;
     std::memcpy(&gain, &bytes[i * sizeof(gain)], sizeof(gain));
     if (std::isnan(gain.x) && std::isnan(gain.y) && std::isnan(gain.z)) continue;  // the camera has none
-    if (!(glm::length(gain) < kMostGain)) throw parts.damaged("an exposure is not a number or too large");
+    if (!(glm::length(gain) <= 2 * kMostGain)) throw parts.damaged("an exposure is not a number or too large");
     exposures.push_back(exposure_at(cameras[i].name, cameras[i].camera));
     exposures.back().gain = gain;
   }

@@ -137,6 +137,33 @@ double mean_pose_error(const RoomScene& room, const std::vector<scene::PoseChang
 
 }  // namespace
 
+TEST_CASE("a training from a surface begins with the exposures of its photographs", "[exposure][start]") {
+  auto gpu = test::open_device();
+  RoomScene room = room_scene(0, 0);
+  for (std::size_t i = 0; i < room.scene.train.size(); ++i)
+    for (std::size_t k = 0; k < room.scene.train[i].image.rgba.size(); ++k) {
+      std::uint8_t& value = room.scene.train[i].image.rgba[k];
+      const f64::Exposure exposure{glm::dvec3(i % 2 ? 0.4 : -0.4), 0};
+      if (k % 4 != 3)
+        value = static_cast<std::uint8_t>(std::lround(255 * f64::exposed(exposure, glm::dvec3(value / 255.0)).x));
+    }
+  train::Settings settings = room_settings(false);
+  settings.exposure = true;
+  train::Start start(room_triangles());
+  start.colours.assign(start.vertices.size(), glm::vec3(0.5f));
+  train::Trainer trainer(*gpu, room.scene, settings, start);
+  const std::vector<glm::vec4> gains = trainer.exposures();
+  REQUIRE(gains.size() == room.scene.train.size());
+  for (std::size_t i = 0; i < gains.size(); ++i)
+    for (int c = 0; c < 3; ++c) CHECK(gains[i][c] == Approx(i % 2 ? 0.4 : -0.4).margin(0.1));
+  // A model that begins another training brings them along.
+  const soup::Model model = trainer.model();
+  REQUIRE(model.exposures.size() == gains.size());
+  train::Trainer next(*gpu, room.scene, settings, model);
+  for (std::size_t i = 0; i < gains.size(); ++i) CHECK(glm::vec3(next.exposures()[i]) == glm::vec3(gains[i]));
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("a camera is aligned with the picture that it should have taken", "[poses][each_driver]") {
   auto gpu = test::open_device();
   train::SoupBuffers soup;

@@ -92,5 +92,5 @@ TEST_CASE("exposures that places contradict are shrunk", "[exposure]") {
   }
   const std::vector<glm::vec3> gains = train::balanced_gains(places, 2);
   CHECK(gains[1].x - gains[0].x > 0);
-  CHECK(gains[1].x - gains[0].x < 0.4f);
+  CHECK(gains[1].x - gains[0].x < 0.24f);  // 0.29 if it were not shrunk
 }
