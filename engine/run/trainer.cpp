@@ -77,7 +77,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   split_coarse(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_);
   if (exposures_) {
     make_opaque(gpu_, soup_);
-    set_start(gpu_, *exposures_, start_exposures(gpu_, soup_, buffers_, views_->half(), scene_.train));
+    set_start(gpu_, *exposures_, start_exposures(gpu_, soup_, buffers_, views_->full()));
   }
   paint(gpu_, soup_, buffers_, {views_->half(), views_->full()}, given_exposures(), settings_);
   gpu_.wait();

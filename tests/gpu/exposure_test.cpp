@@ -285,11 +285,11 @@ TEST_CASE("exposures of the start are those of the photographs of a surface, and
     soup::Random r(triangle);
     return glm::vec3(r.uniform(0.3, 0.7), r.uniform(0.3, 0.7), r.uniform(0.3, 0.7));
   };
-  std::vector<scene::View> photographs(views.size());
+  std::vector<Image> photographs(views.size());
   std::vector<gpu::Buffer> uploads;
   train::for_each_batch(*gpu, s.soup, s.buffers, views, false, {}, 1, [&](std::size_t v, std::size_t) {
     const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
-    Image& image = photographs[v].image;
+    Image& image = photographs[v];
     image = {48, 40, {}};
     for (std::size_t p = 0; p < hits.size(); ++p) {
       const glm::vec3 shown = f32::exposed({gain_of(v), 0}, colour_at(hits[p].triangle));
@@ -302,7 +302,7 @@ TEST_CASE("exposures of the start are those of the photographs of a surface, and
     gpu->upload(uploads.back().address(), image.rgba);
   });
   for (std::size_t v = 0; v < views.size(); ++v) views[v].photo = uploads[v].address();
-  const std::vector<glm::vec3> gains = train::start_exposures(*gpu, s.soup, s.buffers, views, photographs);
+  const std::vector<glm::vec3> gains = train::start_exposures(*gpu, s.soup, s.buffers, views);
   REQUIRE(gains.size() == views.size());
   glm::vec3 mean(0);
   for (std::size_t v = 0; v < views.size(); ++v) mean += gain_of(v) / float(views.size());

@@ -7,7 +7,6 @@
 #include <glm/glm.hpp>
 
 #include "gpu/device.h"
-#include "scene/scene.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/batch_view.h"
 #include "train/step/soup_buffers.h"
@@ -16,8 +15,8 @@ namespace trisoup::train {
 
 /// Gains of the photographs (balanced_gains()) from the places of a surface that several of them show. Steps, which
 /// compare one photograph at a time with textures, would take thousands of steps to carry brightness along a street.
-/// views: of `photographs`, at any size. If the soup is shared, all ranks make this call.
+/// views: at full size, with their photographs on the device. If the soup is shared, all ranks make this call.
 std::vector<glm::vec3> start_exposures(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
-                                       std::span<const BatchView> views, const std::vector<scene::View>& photographs);
+                                       std::span<const BatchView> views);
 
 }  // namespace trisoup::train
