@@ -73,8 +73,9 @@ class Pieces(SceneTest):
                 raise Alarm
 
         garden = trisoup.Dataset(SOURCE / "assets/garden")
-        cameras = [view.camera.resized(900, 900) for view in garden.train[:12]]
-        image = np.broadcast_to(np.arange(900, dtype=np.uint16)[:, None, None] % 251, (900, 900, 3)).astype(np.uint8)
+        side = 2000  # of photographs, so that loading takes several times as long as three signals
+        cameras = [view.camera.resized(side, side) for view in garden.train[:12]]
+        image = np.broadcast_to(np.arange(side, dtype=np.uint16)[:, None, None] % 251, (side, side, 3)).astype(np.uint8)
         large = self.folder / "large"
         trisoup.Dataset.from_arrays([image] * 12, cameras).write_transforms(large)
         self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, handle))
