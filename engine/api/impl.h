@@ -71,6 +71,7 @@ struct Model::Impl {
   std::vector<soup::ModelCamera> cameras;
   std::string settings;
   mutable std::mutex guard;                                       // of what follows
+  mutable std::optional<train::ViewExposures> exposures{};        // made when first asked for
   mutable std::vector<std::weak_ptr<Device::Impl>> on_devices{};  // whose `models` have this one
 };
 

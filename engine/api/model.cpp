@@ -149,7 +149,9 @@ std::array<double, 2> Model::clip_planes() const {
 std::array<float, 3> Model::exposure(const View& view) const {
   const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
   const scene::View seen{view.name, scene::normalised(scene_camera(view.camera), normalisation), {}};
-  const glm::vec3 gain = train::ViewExposures(impl_->model, normalisation).at(seen);
+  const std::lock_guard lock(impl_->guard);
+  if (!impl_->exposures) impl_->exposures.emplace(impl_->model, normalisation);
+  const glm::vec3 gain = impl_->exposures->at(seen);
   return {gain.x, gain.y, gain.z};
 }
 

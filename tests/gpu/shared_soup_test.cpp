@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "gpu/small_scene.h"
 #include "ranks_of_threads.h"
+#include "train/start/start_exposures.h"
 #include "train/step/photographs.h"
 #include "train/step/shared_soup.h"
 #include "train/topology/hole_guard.h"
@@ -107,16 +108,18 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
   for (std::uint32_t v = 0; v < seen.size(); ++v) {
     images.push_back({static_cast<int>(seen[v].width), static_cast<int>(seen[v].height), {}});
     for (std::uint32_t i = 0; i < 4 * seen[v].width * seen[v].height; ++i)
-      images.back().rgba.push_back(i % 4 == 3 ? 255 : static_cast<std::uint8_t>(255 * random.uniform01()));
+      images.back().rgba.push_back(i % 4 == 3 ? 255 : static_cast<std::uint8_t>(random.uniform(40, 90 + 40 * double(v))));
   }
   struct Found {
     train::Importance importance;
     std::vector<std::uint32_t> kept;
     std::vector<float> painted, filled;
+    std::vector<glm::vec3> exposures;
     bool operator==(const Found& o) const {
       return importance.error == o.importance.error && importance.pixels == o.importance.pixels &&
              importance.triangle == o.importance.triangle && importance.finest == o.importance.finest &&
-             importance.behind == o.importance.behind && kept == o.kept && painted == o.painted && filled == o.filled;
+             importance.behind == o.importance.behind && kept == o.kept && painted == o.painted && filled == o.filled &&
+             exposures == o.exposures;
     }
   };
   const auto find = [&](ranks::Ranks* ranks) {
@@ -137,6 +140,7 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
     train::Settings settings;
     settings.samples_per_pixel = 1;
     settings.level_max = 4;
+    found.exposures = train::start_exposures(*gpu, coarse.soup, coarse.buffers, with_photographs);
     train::paint(*gpu, coarse.soup, coarse.buffers, {with_photographs, with_photographs}, nullptr, settings);
     found.painted = coarse.state();
     train::fill_unseen(*gpu, fine.soup, fine.buffers, with_photographs);
@@ -146,6 +150,7 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
   const Found expected = find(nullptr);
   REQUIRE(expected.importance.behind.size() > 10);
   REQUIRE(expected.kept.size() > 14);
+  REQUIRE(expected.exposures.front() != glm::vec3(0));
   for (const int size : {2, 3}) {
     std::vector<Found> found(static_cast<std::size_t>(size));
     const auto thrown = test::run_as_ranks(
