@@ -108,7 +108,8 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
   for (std::uint32_t v = 0; v < seen.size(); ++v) {
     images.push_back({static_cast<int>(seen[v].width), static_cast<int>(seen[v].height), {}});
     for (std::uint32_t i = 0; i < 4 * seen[v].width * seen[v].height; ++i)
-      images.back().rgba.push_back(i % 4 == 3 ? 255 : static_cast<std::uint8_t>(random.uniform(40, 90 + 40 * double(v))));
+      images.back().rgba.push_back(i % 4 == 3 ? 255
+                                              : static_cast<std::uint8_t>(random.uniform(40, 90 + 40 * double(v))));
   }
   struct Found {
     train::Importance importance;
