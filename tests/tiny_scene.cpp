@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -52,7 +53,9 @@ void write_tiny_scene(const std::filesystem::path& folder, const TinyScene& scen
       for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
           const glm::dvec3 ray = (x + 0.5 - 0.5 * w) / focal * right - (y + 0.5 - 0.5 * h) / focal * up - back;
-          const Colour colour = scene.plain ? *scene.plain : cast(position, ray);
+          Colour colour = scene.plain ? *scene.plain : cast(position, ray);
+          if (i % 2 == 1 && split == std::string_view("train"))
+            for (int c = 0; c < 3; ++c) colour[c] = static_cast<std::uint8_t>(scene.light * colour[c]);
           image.rgba.insert(image.rgba.end(), colour.begin(), colour.end());
         }
       const std::string name = "r_" + std::to_string(i);

@@ -17,6 +17,7 @@ struct TinyScene {
   bool identical = false;   // all training views from one place; the test views are the training views
   double scale = 1.0;       // all lengths are multiplied by it,
   glm::dvec3 centre{0.0};   // and then this is added
+  double light = 1.0;       // factor of the colours of every second training view
   std::optional<std::array<std::uint8_t, 4>> plain;  // every pixel is this, in place of the cube
 };
 

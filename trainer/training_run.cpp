@@ -29,6 +29,7 @@
 #include "scene/hold_out.h"
 #include "train/quality/baked_colours.h"
 #include "train/quality/evaluate.h"
+#include "train/quality/view_exposures.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup {
@@ -382,11 +383,18 @@ void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
 void TrainingRun::show_to_onlookers() {
   live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps,
                 settings_.triangles, dataset_, o_.load, device_->info().kind == gpu::Kind::cpu, file_options_});
-  std::vector<const Image*> images;  // in the order of the cameras
+  const train::ViewExposures exposures(train::photograph_exposures(scene_.train, trainer_->exposures()));
+  struct Photograph {
+    const Image* image;
+    glm::vec3 gain;
+  };
+  std::vector<Photograph> photographs;  // in the order of the cameras
   for (const auto* views : {&scene_.test, &scene_.train, &scene_.validation})
-    for (const scene::View& view : *views) images.push_back(&view.image);
-  live_->give_photographs(
-      [images = std::move(images)](std::size_t camera) { return camera < images.size() ? images[camera] : nullptr; });
+    for (const scene::View& view : *views) photographs.push_back({&view.image, exposures.at(view)});
+  live_->give_photographs([all = std::move(photographs)](std::size_t camera) -> std::optional<Image> {
+    if (camera >= all.size()) return std::nullopt;
+    return train::in_scene_exposure(*all[camera].image, all[camera].gain);
+  });
 }
 
 void TrainingRun::train() {

@@ -98,7 +98,7 @@ void FinishedTraining::load_photographs(const std::filesystem::path& folder, std
   } else {
     check_dataset(subject_, dataset);
   }
-  photographs_.load(dataset, subject_.load);
+  photographs_.load(dataset, subject_.load, subject_.model);
 }
 
 nlohmann::json FinishedTraining::about() {

@@ -129,7 +129,7 @@ void Live::publish(soup::Model model) {
   changed_.notify_all();
 }
 
-void Live::give_photographs(std::function<const Image*(std::size_t camera)> photographs) {
+void Live::give_photographs(std::function<std::optional<Image>(std::size_t camera)> photographs) {
   std::lock_guard lock(photographs_mutex_);
   photographs_ = std::move(photographs);
 }
@@ -220,8 +220,7 @@ bool Live::all_sent() const {
 
 std::optional<Image> Live::photograph(std::size_t camera) const {
   std::lock_guard lock(photographs_mutex_);
-  const Image* image = photographs_ ? photographs_(camera) : nullptr;
-  return image ? std::optional(*image) : std::nullopt;
+  return photographs_ ? photographs_(camera) : std::nullopt;
 }
 
 }  // namespace trisoup::viewer

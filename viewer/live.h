@@ -82,9 +82,9 @@ class Live {
   /// up to which to train before the next call.
   std::uint64_t until(std::uint64_t step, const Tasks& tasks);
   void publish(soup::Model model);
-  /// Gives the training's photographs to pages, by the number of the camera in Setting; null if there is none. Call it
-  /// with an empty function before they are gone.
-  void give_photographs(std::function<const Image*(std::size_t camera)> photographs);
+  /// Gives the training's photographs to pages, by the number of the camera in Setting; nullopt if there is none. Call
+  /// it with an empty function before they are gone.
+  void give_photographs(std::function<std::optional<Image>(std::size_t camera)> photographs);
 
   // Called by the window's thread.
   bool take_news() { return news_.exchange(false); }  // whether anything changed since the last call
@@ -146,7 +146,7 @@ class Live {
   Clock::time_point looked_at_{};
   double model_seconds_ = 0;  // time to make the last model
   mutable std::mutex photographs_mutex_;
-  std::function<const Image*(std::size_t)> photographs_;
+  std::function<std::optional<Image>(std::size_t)> photographs_;
 };
 
 }  // namespace trisoup::viewer

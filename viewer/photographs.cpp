@@ -4,10 +4,11 @@
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "train/quality/view_exposures.h"
 
 namespace trisoup::viewer {
 
-void Photographs::load(const std::string& dataset, const scene::LoadOptions& options) {
+void Photographs::load(const std::string& dataset, const scene::LoadOptions& options, const soup::Model& model) {
   cancel();
   error_.clear();
   cancelled_ = std::make_shared<std::atomic<bool>>(false);
@@ -16,11 +17,16 @@ void Photographs::load(const std::string& dataset, const scene::LoadOptions& opt
     if (*stop) throw Error("loading was cancelled");
   };
   stoppable.warn = {};
-  future_ = std::async(std::launch::async, [dataset, options = std::move(stoppable)] {
+  // What exposures need of the model: others, and the triangles, change in the meantime.
+  soup::Model exposed;
+  exposed.exposures = model.exposures, exposed.centre = model.centre, exposed.scale = model.scale;
+  future_ = std::async(std::launch::async, [dataset, options = std::move(stoppable), model = std::move(exposed)] {
     scene::Scene scene = scene::load(dataset, options);
+    const train::ViewExposures exposures(model, scene.normalisation);
     std::map<std::string, Image> images;
     for (auto* views : {&scene.test, &scene.train})
-      for (scene::View& view : *views) images[utf8(view.name)] = std::move(view.image);
+      for (scene::View& view : *views)
+        images[utf8(view.name)] = train::in_scene_exposure(std::move(view.image), exposures.at(view));
     return images;
   });
 }

@@ -9,6 +9,7 @@
 
 #include "image/image.h"
 #include "scene/scene.h"
+#include "soup/soup.h"
 
 namespace trisoup::viewer {
 
@@ -18,8 +19,9 @@ class Photographs {
   Photographs(const Photographs&) = delete;
   Photographs& operator=(const Photographs&) = delete;
   ~Photographs() { cancel(); }
-  /// Starts loading and returns at once. Cancels an earlier call that is still loading.
-  void load(const std::string& dataset, const scene::LoadOptions& options);
+  /// Starts loading and returns at once. Cancels an earlier call that is still loading. Photographs are in the exposure
+  /// of the scene that `model` shows.
+  void load(const std::string& dataset, const scene::LoadOptions& options, const soup::Model& model);
   /// Returns true once after loading has ended. error() is then empty, or the reason of the failure.
   bool finished();
   bool loading() const { return future_.valid(); }

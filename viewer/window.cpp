@@ -148,7 +148,7 @@ void Window::take_news(bool rest_due) {
   // Photographs are loaded when the user first asks for one.
   if ((chosen_.compare != Compare::rendering || chosen_.cameras) && subject_ &&
       std::exchange(photographs_wanted_, false))
-    photographs_.load(dataset_, subject_->load);
+    photographs_.load(dataset_, subject_->load, subject_->model);
 }
 
 void Window::frame() {

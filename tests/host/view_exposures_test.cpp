@@ -209,3 +209,26 @@ TEST_CASE("a model file keeps the exposures of its training views", "[exposure][
   CHECK(train::gains_of(model, {ring.views[4], view_at("other", 0)}) ==
         std::vector<glm::vec3>{glm::vec3(ring.gains[4]), glm::vec3(0)});
 }
+
+TEST_CASE("a photograph beside the model is what exposing the model would make of it, undone") {
+  Image photograph{256, 1, {}};
+  for (int i = 0; i < 256; ++i)
+    for (const int value : {i, 255 - i, i, i / 2}) photograph.rgba.push_back(static_cast<std::uint8_t>(value));
+  const glm::vec3 gain(0.4f, -0.7f, 0);
+  const Image shown = train::in_scene_exposure(photograph, gain);
+  REQUIRE(shown.rgba.size() == photograph.rgba.size());
+  std::vector<float> colour;
+  for (std::size_t i = 0; i < shown.rgba.size(); ++i) {
+    if (i % 4 == 3)
+      CHECK(shown.rgba[i] == photograph.rgba[i]);
+    else
+      colour.push_back(static_cast<float>(shown.rgba[i]) / 255.0f);
+  }
+  CHECK(shown.rgba[4 * 128] < 128);      // its red was brightened
+  CHECK(shown.rgba[4 * 128 + 1] > 127);  // its green was darkened
+  CHECK(shown.rgba[4 * 255] == 255);
+  train::expose(colour, gain, glm::vec3(-1));
+  for (std::size_t i = 0; i < 256; ++i)
+    for (std::size_t c = 0; c < 3; ++c) CHECK(std::abs(255 * colour[3 * i + c] - photograph.rgba[4 * i + c]) < 1.1f);
+  CHECK(train::in_scene_exposure(photograph, glm::vec3(0)).rgba == photograph.rgba);
+}

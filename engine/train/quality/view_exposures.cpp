@@ -187,4 +187,16 @@ void expose(std::vector<float>& colour, const glm::vec3& gain, const glm::vec3& 
   }
 }
 
+Image in_scene_exposure(Image photograph, const glm::vec3& gain) {
+  if (gain == glm::vec3(0)) return photograph;
+  std::array<std::array<std::uint8_t, 256>, 3> unexposed;
+  for (std::size_t value = 0; value < 256; ++value) {
+    const glm::vec3 c = f32::unexposed(f32::Exposure{gain, 0}, glm::vec3(float(value) / 255.0f));
+    for (int k = 0; k < 3; ++k) unexposed[std::size_t(k)][value] = static_cast<std::uint8_t>(255.0f * c[k] + 0.5f);
+  }
+  for (std::size_t i = 0; i < photograph.rgba.size(); ++i)
+    if (i % 4 != 3) photograph.rgba[i] = unexposed[i % 4][photograph.rgba[i]];
+  return photograph;
+}
+
 }  // namespace trisoup::train

@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "image/image.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
 
@@ -54,5 +55,8 @@ class ViewExposures {
 
 /// Applies gains to a picture, but to its background. colour: [height][width][3], 0..1.
 void expose(std::vector<float>& colour, const glm::vec3& gain, const glm::vec3& background);
+
+/// The photograph in the scene's exposure, to be seen beside a model: without its gain. Black and white stay.
+Image in_scene_exposure(Image photograph, const glm::vec3& gain);
 
 }  // namespace trisoup::train
