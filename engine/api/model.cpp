@@ -20,6 +20,9 @@ constexpr Measure kMeasures[] = {
     {"mae", &Quality::mae, "mean absolute difference, 0 to 1"},
     {"ms_ssim", &Quality::ms_ssim, "MS-SSIM; not a number if a side has fewer than 161 pixels, or during a training"},
     {"flip", &Quality::flip, "mean FLIP error, 0 to 1, at 67 pixels per degree; not a number during a training"},
+    {"psnr_covisible", &Quality::psnr_covisible, "PSNR where two training views show the surface; only of test views"},
+    {"ssim_covisible", &Quality::ssim_covisible, "the same of SSIM"},
+    {"covisible", &Quality::covisible, "share of the pixels that count for psnr_covisible"},
     {"uncovered", &Quality::uncovered, "share of the pixels without a triangle where the photograph has content"},
 };
 
@@ -33,9 +36,20 @@ Evaluation public_evaluation(const train::Evaluation& e) {
     return Quality{m.psnr, m.ssim, m.mae, m.uncovered, m.ms_ssim.value_or(kNone), m.flip.value_or(kNone)};
   };
   Evaluation result;
-  for (const train::ViewMetrics& view : e.views)
-    result.views.push_back({view.name, quality(view.metrics), view.metrics.pixels > 0});
+  for (const train::ViewMetrics& view : e.views) {
+    ViewQuality& of = result.views.emplace_back(view.name, quality(view.metrics), view.metrics.pixels > 0);
+    if (!view.covisible) continue;
+    of.quality.covisible = view.covisible->share;
+    if (!view.covisible->measured) continue;
+    of.quality.psnr_covisible = view.covisible->metrics.psnr;
+    of.quality.ssim_covisible = view.covisible->metrics.ssim;
+  }
   result.mean = quality(e.mean);
+  if (!e.covisible) return result;
+  result.mean.covisible = e.covisible->share;
+  if (e.covisible->measured == 0) return result;
+  result.mean.psnr_covisible = e.covisible->psnr;
+  result.mean.ssim_covisible = e.covisible->ssim;
   return result;
 }
 
@@ -167,7 +181,8 @@ Evaluation Model::evaluate(Device& device, const Dataset& dataset, bool training
   model.background = scene.background;
   const auto measured = [&](const scene::Scene& seen, const std::vector<scene::View>& of) {
     return public_evaluation(
-        train::evaluate(lock.gpu(), model, seen, of, impl_->near, impl_->far, {}, nullptr, {}, {.wanted = true}));
+        train::evaluate(lock.gpu(), model, seen, of, impl_->near, impl_->far, {}, nullptr,
+                        {training ? nullptr : &seen.train}, {.wanted = true}));
   };
   const train::Settings removal = train::removal_of(nlohmann::json::parse(impl_->settings));
   if (removal.removed_from.empty()) return measured(scene, views);
