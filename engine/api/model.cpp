@@ -180,9 +180,8 @@ Evaluation Model::evaluate(Device& device, const Dataset& dataset, bool training
   soup::Model model = impl_->model;
   model.background = scene.background;
   const auto measured = [&](const scene::Scene& seen, const std::vector<scene::View>& of) {
-    return public_evaluation(
-        train::evaluate(lock.gpu(), model, seen, of, impl_->near, impl_->far, {}, nullptr,
-                        {training ? nullptr : &seen.train}, {.wanted = true}));
+    return public_evaluation(train::evaluate(lock.gpu(), model, seen, of, impl_->near, impl_->far, {}, nullptr,
+                                             {training ? nullptr : &seen.train}, {.wanted = true}));
   };
   const train::Settings removal = train::removal_of(nlohmann::json::parse(impl_->settings));
   if (removal.removed_from.empty()) return measured(scene, views);

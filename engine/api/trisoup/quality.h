@@ -18,7 +18,7 @@ struct Quality {
   double flip = std::numeric_limits<double>::quiet_NaN();     // at 67 pixels per degree (Andersson et al. 2020)
   // Where at least two training views show the surface unhidden. Not a number during a training, of training views, and
   // PSNR and SSIM below 1 % of the pixels.
-  double covisible = std::numeric_limits<double>::quiet_NaN();  // share of the pixels, 0 to 1 (Gao et al. 2022)
+  double covisible = std::numeric_limits<double>::quiet_NaN();       // share of the pixels, 0 to 1 (Gao et al. 2022)
   double psnr_covisible = std::numeric_limits<double>::quiet_NaN();  // dB
   double ssim_covisible = std::numeric_limits<double>::quiet_NaN();
 };
