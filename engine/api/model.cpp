@@ -37,7 +37,8 @@ Evaluation public_evaluation(const train::Evaluation& e) {
   };
   Evaluation result;
   for (const train::ViewMetrics& view : e.views) {
-    ViewQuality& of = result.views.emplace_back(view.name, quality(view.metrics), view.metrics.pixels > 0);
+    result.views.push_back({view.name, quality(view.metrics), view.metrics.pixels > 0});
+    ViewQuality& of = result.views.back();
     if (!view.covisible) continue;
     of.quality.covisible = view.covisible->share;
     if (!view.covisible->measured) continue;
