@@ -201,12 +201,12 @@ background: three values from 0 to 1 instead of the model's. device: None (a GPU
       .def(
           "exposure",
           [](const Model& m, const PyView& v) {
-            const std::array<float, 3> gain = m.exposure(v.view);
-            return array_of(std::vector<float>(gain.begin(), gain.end()), {3});
+            std::vector<float> gains = m.exposure(v.view);
+            return array_of(std::move(gains), {v.view.camera.height, v.view.camera.width, 3});
           },
           py::arg("view"),
           "What the photograph of a View makes of the model's colours, foretold from the training photographs of its "
-          "camera: it multiplies the odds c / (1 - c) of red, green and blue by exp of these, (3,) float32.")
+          "camera: it multiplies the odds c / (1 - c) of red, green and blue by exp of these, (height, width, 3) float32.")
       .def("evaluate", &evaluate, py::arg("dataset"), py::arg("views") = "test", py::kw_only(),
            py::arg("device") = py::none(),
            "Compares with the photographs of the 'test' or 'train' views, as soup-eval does. Returns an Evaluation. "

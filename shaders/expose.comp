@@ -12,11 +12,11 @@ KERNEL(64, ExposeArgs) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
-  const Exposure exposure = load_exposure(a.exposure, a.views.v[view].index);
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     const uint index = offset + at.y * width + at.x;
     if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
+    const Exposure exposure = exposure_at(a.exposure, a.views.v[view].index, at.x, at.y, width, height);
     const vec3 shown =
         exposed(exposure, vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]));
     UNROLL for (uint c = 0u; c < 3u; ++c) a.colour.v[index * 3u + c] = shown[c];

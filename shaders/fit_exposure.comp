@@ -24,7 +24,7 @@ FN void add_exposure(IN(Exposure) m, vec3 start, float weight, INOUT(ExposureTot
   total.squares += weight * dot(gain, gain);
 }
 
-FN vec3 start_of(TAKES_ARGUMENTS uint photograph) { return load_exposure(a.start, photograph).gain; }
+FN vec3 start_of(TAKES_ARGUMENTS uint row) { return load_exposure(a.start, row).gain; }
 
 /// Whether no earlier view of the batch shows the same photograph. A batch that spans two epochs can contain a
 /// photograph twice.
@@ -34,38 +34,40 @@ FN bool is_first_of_photograph(TAKES_ARGUMENTS uint view) {
   return true;
 }
 
-/// Fits the exposure of the photograph of `view` from all its views in the batch.
-FN Exposure fit(TAKES_ARGUMENTS uint view) {
+/// Fits the exposure of the photograph of `view` at one of its places from all its views in the batch.
+FN Exposure fit(TAKES_ARGUMENTS uint view, uint place) {
   vec4 sums[EXPOSURE_SUMS];
   UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
   for (uint v = view; v < a.view_count; ++v) {
     if (a.views.v[v].index != a.views.v[view].index) continue;
     UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) UNROLL for (uint c = 0u; c < 4u; ++c) {
-      const uint at = (v * EXPOSURE_SUMS + i) * 4u + c;
+      const uint at = ((v * EXPOSURE_PLACES + place) * EXPOSURE_SUMS + i) * 4u + c;
       sums[i][c] += from_fixed(a.sums_low.v[at], a.sums_high.v[at]);
     }
   }
-  const uint photograph = a.views.v[view].index;
-  return fitted_exposure(sums, load_exposure(a.exposure, photograph), start_of(GIVES_ARGUMENTS photograph));
+  const uint row = a.views.v[view].index * EXPOSURE_PLACES + place;
+  return fitted_exposure(sums, load_exposure(a.exposure, row), start_of(GIVES_ARGUMENTS row));
 }
 
 KERNEL_MAIN(64) {
   const uint thread = gl_LocalInvocationIndex;
   const bool keep = a.control.v[0].overflow != 0u;  // this step will be repeated
+  const uint rows = a.photographs * EXPOSURE_PLACES, fits = a.view_count * EXPOSURE_PLACES;
   ExposureTotal total;
   total.gain = vec3(0.0f);
   total.variance = total.squares = 0.0f;
-  for (uint i = thread; i < a.photographs; i += 64u)
+  for (uint i = thread; i < rows; i += 64u)
     add_exposure(load_exposure(a.fitted, i), start_of(GIVES_ARGUMENTS i), 1.0f, total);
   barrier();  // all values are read before any is changed
-  for (uint view = thread; view < a.view_count; view += 64u) {
+  for (uint i = thread; i < fits; i += 64u) {
+    const uint view = i / EXPOSURE_PLACES, place = i % EXPOSURE_PLACES;
     if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
-    const uint photograph = a.views.v[view].index;
-    const vec3 start = start_of(GIVES_ARGUMENTS photograph);
-    add_exposure(load_exposure(a.fitted, photograph), start, -1.0f, total);
-    const Exposure now = fit(GIVES_ARGUMENTS view);
+    const uint row = a.views.v[view].index * EXPOSURE_PLACES + place;
+    const vec3 start = start_of(GIVES_ARGUMENTS row);
+    add_exposure(load_exposure(a.fitted, row), start, -1.0f, total);
+    const Exposure now = fit(GIVES_ARGUMENTS view, place);
     add_exposure(now, start, 1.0f, total);
-    store_exposure(a.fitted, photograph, now);
+    store_exposure(a.fitted, row, now);
   }
   s_gain[thread] = vec4(total.gain, total.variance);
   s_squares[thread] = total.squares;
@@ -77,19 +79,20 @@ KERNEL_MAIN(64) {
     total.variance += s_gain[i].w;
     total.squares += s_squares[i];
   }
-  const float one = 1.0f / float(a.photographs);
+  const float one = 1.0f / float(rows);
   const vec3 mean = one * total.gain;
   const float spread = (one * total.squares - dot(mean, mean)) / 3.0f;
   const float share = exposure_share(spread, one * total.variance);
-  for (uint view = thread; view < a.view_count; view += 64u) {
+  for (uint i = thread; i < fits; i += 64u) {
+    const uint view = i / EXPOSURE_PLACES, place = i % EXPOSURE_PLACES;
     if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
-    const uint photograph = a.views.v[view].index;
-    const vec3 start = start_of(GIVES_ARGUMENTS photograph);
-    Exposure shrunk = load_exposure(a.fitted, photograph);
+    const uint row = a.views.v[view].index * EXPOSURE_PLACES + place;
+    const vec3 start = start_of(GIVES_ARGUMENTS row);
+    Exposure shrunk = load_exposure(a.fitted, row);
     shrunk.gain = start + share * (shrunk.gain - start - mean);
-    store_exposure(a.exposure, photograph, shrunk);
+    store_exposure(a.exposure, row, shrunk);
   }
-  for (uint i = thread; i < a.view_count * 4u * EXPOSURE_SUMS; i += 64u) {
+  for (uint i = thread; i < fits * 4u * EXPOSURE_SUMS; i += 64u) {
     a.sums_low.v[i] = kFixedZero;
     a.sums_high.v[i] = 0u;
   }

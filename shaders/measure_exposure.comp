@@ -10,15 +10,19 @@
 
 ARGUMENTS(MeasureExposureArgs)
 
-SHARED vec4 s_sums[64 * EXPOSURE_SUMS];
+const uint kSums = 4u * EXPOSURE_SUMS;  // vectors: the sums of the corners of a square
+SHARED vec4 s_sums[64 * kSums];
 
 FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
-  const Exposure so_far = load_exposure(a.exposure, a.views.v[view].index);
-  vec4 sums[EXPOSURE_SUMS];
-  UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
+  // A block that reaches into another square counts for the one that has its middle.
+  const vec2 size = vec2(float(width), float(height));
+  const uint square = exposure_square((float(corner.x) + 8.0f) / size.x, (float(corner.y) + 8.0f) / size.y);
+  const ExposureSquare so_far = load_square(a.exposure, a.views.v[view].index, square);
+  vec4 sums[kSums];
+  UNROLL for (uint i = 0u; i < kSums; ++i) sums[i] = vec4(0.0f);
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     const uint index = offset + at.y * width + at.x;
@@ -26,14 +30,20 @@ FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
     const uint rgba = a.target.v[index];
     if (!in_mask(rgba)) continue;
     const vec3 colour = vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]);
-    add_to_exposure(colour, photograph_colour(rgba), so_far, sums);
+    const vec4 weights = exposure_weights((float(at.x) + 0.5f) / size.x, (float(at.y) + 0.5f) / size.y, square);
+    vec4 pixel[EXPOSURE_SUMS];
+    UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) pixel[i] = vec4(0.0f);
+    add_to_exposure(colour, photograph_colour(rgba), exposure_in(so_far, weights), pixel);
+    UNROLL for (uint q = 0u; q < 4u; ++q) UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i)
+        sums[q * EXPOSURE_SUMS + i] += weights[q] * pixel[i];
   }
-  UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) s_sums[thread * EXPOSURE_SUMS + i] = sums[i];
+  UNROLL for (uint i = 0u; i < kSums; ++i) s_sums[thread * kSums + i] = sums[i];
   barrier();
-  if (thread < 4u * EXPOSURE_SUMS) {
+  if (thread < 4u * kSums) {
     float sum = 0.0f;
-    for (uint i = 0u; i < 64u; ++i) sum += s_sums[i * EXPOSURE_SUMS + thread / 4u][thread % 4u];
-    const uint at = view * 4u * EXPOSURE_SUMS + thread;
+    for (uint i = 0u; i < 64u; ++i) sum += s_sums[i * kSums + thread / 4u][thread % 4u];
+    const uint q = thread / (4u * EXPOSURE_SUMS), place = exposure_corner(square, q);
+    const uint at = (view * EXPOSURE_PLACES + place) * 4u * EXPOSURE_SUMS + thread % (4u * EXPOSURE_SUMS);
     add_fixed(a.sums_low, at, a.sums_high, at, sum * (1.0f / 256.0f));
   }
   barrier();

@@ -69,8 +69,12 @@ KERNEL_MAIN(64) {
           const vec3 own_y = vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k));
           vec3 dc = vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb;
           float own_dmix;
-          if (a.exposed != 0u)
-            dc = exposed_backward(load_exposure(a.exposure, a.views.v[view].index), skip_connection(f, own_y), dc);
+          if (a.exposed != 0u) {
+            const uvec2 at = block_pixel(corner, thread, first + k);
+            dc = exposed_backward(exposure_at(a.exposure, a.views.v[view].index, at.x, at.y, a.views.v[view].width,
+                                              a.views.v[view].height),
+                                  skip_connection(f, own_y), dc);
+          }
           skip_connection_backward(f, own_y, dc, own_dy, own_drgb, own_dmix);
           UNROLL for (uint c = 0u; c < 3u; ++c) {
             LANE(dy[c], k) = own_dy[c];

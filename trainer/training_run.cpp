@@ -386,7 +386,7 @@ void TrainingRun::show_to_onlookers() {
   const train::ViewExposures exposures(train::photograph_exposures(scene_.train, trainer_->exposures()));
   struct Photograph {
     const Image* image;
-    glm::vec3 gain;
+    soup::ExposureGrid gain;
   };
   std::vector<Photograph> photographs;  // in the order of the cameras
   for (const auto* views : {&scene_.test, &scene_.train, &scene_.validation})

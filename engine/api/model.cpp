@@ -161,13 +161,18 @@ std::array<double, 2> Model::clip_planes() const {
   return {impl_->near / impl_->model.scale, impl_->far / impl_->model.scale};
 }
 
-std::array<float, 3> Model::exposure(const View& view) const {
+std::vector<float> Model::exposure(const View& view) const {
   const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
   const scene::View seen{view.name, scene::normalised(scene_camera(view.camera), normalisation), {}};
-  const std::lock_guard lock(impl_->guard);
-  if (!impl_->exposures) impl_->exposures.emplace(impl_->model, normalisation);
-  const glm::vec3 gain = impl_->exposures->at(seen);
-  return {gain.x, gain.y, gain.z};
+  const soup::ExposureGrid grid = [&] {
+    const std::lock_guard lock(impl_->guard);
+    if (!impl_->exposures) impl_->exposures.emplace(impl_->model, normalisation);
+    return impl_->exposures->at(seen);
+  }();
+  std::vector<float> gains;
+  for (const glm::vec3& gain : train::gains_at_pixels(grid, seen.camera.width, seen.camera.height))
+    gains.insert(gains.end(), {gain.x, gain.y, gain.z});
+  return gains;
 }
 
 Quality Model::quality(Device& device, const Dataset& dataset) const { return evaluate(device, dataset).mean; }

@@ -176,16 +176,17 @@ PhotographExposure exposure_at(std::string name, const scene::Camera& camera) {
 }
 
 std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::span<const PhotographExposure> exposures) {
-  std::map<std::string, glm::vec3> known;
+  std::map<std::string, ExposureGrid> known;
   for (const PhotographExposure& e : exposures) known[e.name] = e.gain;
   std::vector<float> gains;
   bool any = false;
   for (const ModelCamera& c : cameras) {
     const auto found = c.test ? known.end() : known.find(c.name);
     any = any || found != known.end();
-    for (int i = 0; i < 3; ++i)
-      gains.push_back(found != known.end() ? std::clamp(found->second[i], -kMostGain, kMostGain)
-                                           : std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t i = 0; i < 3 * ExposureGrid().size(); ++i)
+      gains.push_back(found != known.end()
+                          ? std::clamp(found->second[i / 3][static_cast<int>(i % 3)], -kMostGain, kMostGain)
+                          : std::numeric_limits<float>::quiet_NaN());
   }
   if (!any) gains.clear();
   return gains;
@@ -196,15 +197,17 @@ std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const js
   std::vector<PhotographExposure> exposures;
   if (!json.is_object() || !json.contains("exposures")) return exposures;
   const std::span<const std::byte> bytes = parts.view(json.at("exposures"));
-  if (bytes.size() != cameras.size() * sizeof(glm::vec3))
+  if (bytes.size() != cameras.size() * sizeof(ExposureGrid))
     throw parts.damaged("its numbers of exposures and cameras differ");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    glm::vec3 gain;
-    std::memcpy(&gain, &bytes[i * sizeof(gain)], sizeof(gain));
-    if (std::isnan(gain.x) && std::isnan(gain.y) && std::isnan(gain.z)) continue;  // the camera has none
-    if (!(glm::length(gain) <= 2 * kMostGain)) throw parts.damaged("an exposure is not a number or too large");
+    ExposureGrid grid;
+    std::memcpy(&grid, &bytes[i * sizeof(grid)], sizeof(grid));
+    if (std::all_of(grid.begin(), grid.end(), [](const glm::vec3& g) { return glm::all(glm::isnan(g)); }))
+      continue;  // the camera has none
+    for (const glm::vec3& gain : grid)
+      if (!(glm::length(gain) <= 2 * kMostGain)) throw parts.damaged("an exposure is not a number or too large");
     exposures.push_back(exposure_at(cameras[i].name, cameras[i].camera));
-    exposures.back().gain = gain;
+    exposures.back().gain = grid;
   }
   return exposures;
 }

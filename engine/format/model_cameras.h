@@ -33,7 +33,7 @@ void check_cameras(std::span<const ModelCamera> cameras);
 /// Encodes cameras. world_to_camera must be a rotation and a translation. It is restored within 1e-7.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 
-/// Gains of exposures in file form, three floats per camera, NaN without an exposure of its name; empty if none has
+/// Gains of exposures in file form, 27 floats per camera, NaN without an exposure of its name; empty if none has
 /// one.
 std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::span<const PhotographExposure> exposures);
 

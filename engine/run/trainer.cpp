@@ -99,7 +99,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   prune(gpu_, soup_, buffers_, levels, settings_);
 }
 
-void Trainer::prepare(std::span<const glm::vec3> exposures) {
+void Trainer::prepare(std::span<const soup::ExposureGrid> exposures) {
   soup_.drop_near = settings_.published;
   views_.emplace(gpu_, scene_, settings_, step_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
@@ -411,9 +411,8 @@ TrainingFit Trainer::training_fit(const soup::Model& model) {
                                settings_.batch);
 }
 
-std::vector<glm::vec4> Trainer::exposures() {
-  if (!exposures_) return {};
-  return gpu_.download_vector<glm::vec4>(exposures_->exposure.address(), exposures_->photographs);
+std::vector<soup::ExposureGrid> Trainer::exposures() {
+  return exposures_ ? download_exposures(gpu_, *exposures_) : std::vector<soup::ExposureGrid>();
 }
 
 }  // namespace trisoup::train

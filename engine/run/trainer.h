@@ -126,8 +126,8 @@ class Trainer {
   /// Of a model of it.
   TrainingFit training_fit(const soup::Model& model);
   /// What steps take for the exposure of each photograph, [training views]: gains (shaders/common/exposure.h) from the
-  /// model's colours to the photograph's, and their variance. Empty where Settings::exposure is off.
-  std::vector<glm::vec4> exposures();
+  /// model's colours to the photograph's. Empty where Settings::exposure is off.
+  std::vector<soup::ExposureGrid> exposures();
   /// Corrections of the training cameras; null where Settings::pose_corrections is off.
   const PoseCorrections* poses() const { return poses_ ? &*poses_ : nullptr; }
 
@@ -135,7 +135,7 @@ class Trainer {
   /// The part of construction that all starts share. The soup stays empty.
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, ranks::Ranks* ranks);
   /// exposures: at the start, of the training views; empty: all 0.
-  void prepare(std::span<const glm::vec3> exposures = {});
+  void prepare(std::span<const soup::ExposureGrid> exposures = {});
   /// Its triangles, textures and MLP with their moments. Those of exposures, once there is room for them (prepare()).
   void read_soup(const soup::Safetensors& file, const std::filesystem::path& path);
   void read_exposures(const soup::Safetensors& file);

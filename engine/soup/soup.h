@@ -2,6 +2,7 @@
 // Tojo, Bickel, Umetani, "DiffSoup", CVPR 2026 (arXiv 2603.27151).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -43,12 +44,20 @@ struct Mlp {
   std::vector<float> parameters = std::vector<float>(kParameters, 0.0f);
 };
 
+/// Gains at the places of a picture (shaders/common/exposure.h).
+using ExposureGrid = std::array<glm::vec3, 9>;
+inline ExposureGrid even_exposure(const glm::vec3& gain) {
+  ExposureGrid grid;
+  grid.fill(gain);
+  return grid;
+}
+
 /// What the model's colours become in a training photograph (shaders/common/exposure.h), and where it was taken.
 struct PhotographExposure {
   std::string name;                          // UTF-8, relative to the dataset
   double focal = 0, aspect = 0;              // focal length by the longer side, longer by shorter side
   glm::dvec3 position{0.0}, direction{0.0};  // of its camera, normalised coordinates; viewing direction
-  glm::vec3 gain{0.0f};
+  ExposureGrid gain{};
 };
 
 /// A trained soup: 8-bit lattices after the sigmoid, as in the model file and the renderer.

@@ -69,9 +69,9 @@ class Model {
   Picture render(Device& device, const Camera& camera) const;
   Rendering render(Device& device, const Camera& camera, const RenderOptions& options) const;
   /// What the view's photograph makes of the model's colours, foretold from the training photographs of its camera: it
-  /// multiplies the odds c / (1 - c) of red, green and blue by exp of these. 0 where nothing is known. Throws if the
-  /// camera is not valid.
-  std::array<float, 3> exposure(const View& view) const;
+  /// multiplies the odds c / (1 - c) of red, green and blue by exp of these, [height][width][3]. 0 where nothing is
+  /// known. Throws if the camera is not valid.
+  std::vector<float> exposure(const View& view) const;
   /// Measures the model on the dataset's test views, in their exposures. Throws if there are none.
   Quality quality(Device& device, const Dataset& dataset) const;
   /// The same for each view. training: on the training views instead.

@@ -153,7 +153,9 @@ std::vector<std::optional<double>> baked_psnr(gpu::Device& gpu, const soup::Mode
         std::copy(&shown.x, &shown.x + 3, &colour[3 * p]);
       }
     });
-    if (!exposures.empty()) expose(colour, exposures.at(views[first]), plain.background);
+    const scene::View& view = views[first];
+    if (!exposures.empty())
+      expose(colour, view.camera.width, view.camera.height, exposures.at(view), plain.background);
     psnr.push_back(psnr_against(colour, views[first].image));
   });
   return psnr;

@@ -140,7 +140,7 @@ class Measurement {
 
  private:
   void expose(const ViewExposures& exposures) {
-    std::vector<glm::vec3> gains;
+    std::vector<soup::ExposureGrid> gains;
     for (std::uint32_t i = 0; i < views_.size(); ++i) {
       gains.push_back(exposures.at(views_[i]));
       batch_[i].index = i;

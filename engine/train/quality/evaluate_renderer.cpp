@@ -31,7 +31,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
     colour.reserve(image.rgba.size() / 4 * 3);
     for (std::size_t i = 0; i < image.rgba.size(); ++i)
       if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
-    if (!exposures.empty()) expose(colour, exposures.at(view), model.background);
+    if (!exposures.empty()) expose(colour, image.width, image.height, exposures.at(view), model.background);
     evaluation.views.push_back({view.name, compare(colour, view.image)});
     evaluation.views.back().metrics.uncovered = std::numeric_limits<double>::quiet_NaN();  // the picture does not say
     std::vector<float> errors;

@@ -52,27 +52,44 @@ double apart(const PhotographExposure& a, const PhotographExposure& b, double sp
 
 double average(const glm::dvec3& v) { return (v.x + v.y + v.z) / 3; }
 
+constexpr std::size_t kPlaces = soup::ExposureGrid().size();
+
+template <typename Grid>
+std::array<glm::dvec3, kPlaces> minus(const Grid& a, const std::array<glm::dvec3, kPlaces>& b) {
+  std::array<glm::dvec3, kPlaces> difference;
+  for (std::size_t k = 0; k < kPlaces; ++k) difference[k] = glm::dvec3(a[k]) - b[k];
+  return difference;
+}
+
+/// Mean of the squared gains of all channels and places.
+template <typename Grid>
+double mean_square(const Grid& grid) {
+  double sum = 0;
+  for (const auto& gain : grid) sum += average(glm::dvec3(gain) * glm::dvec3(gain)) / double(kPlaces);
+  return sum;
+}
+
 }  // namespace
 
 std::vector<PhotographExposure> photograph_exposures(const std::vector<scene::View>& views,
-                                                     std::span<const glm::vec4> gains) {
+                                                     std::span<const soup::ExposureGrid> gains) {
   std::vector<PhotographExposure> photographs;
-  if (std::all_of(gains.begin(), gains.end(), [](const glm::vec4& g) { return glm::vec3(g) == glm::vec3(0); }))
+  if (std::all_of(gains.begin(), gains.end(), [](const soup::ExposureGrid& g) { return g == soup::ExposureGrid(); }))
     return photographs;
   for (std::size_t v = 0; v < views.size(); ++v) {
     photographs.push_back(place_of(views[v]));
-    photographs.back().gain = glm::vec3(gains[v]);
+    photographs.back().gain = gains[v];
   }
   return photographs;
 }
 
-std::vector<glm::vec3> gains_of(const soup::Model& model, const std::vector<scene::View>& views) {
-  std::map<std::string, glm::vec3> known;
+std::vector<soup::ExposureGrid> gains_of(const soup::Model& model, const std::vector<scene::View>& views) {
+  std::map<std::string, soup::ExposureGrid> known;
   for (const PhotographExposure& p : model.exposures) known[p.name] = p.gain;
-  std::vector<glm::vec3> gains;
+  std::vector<soup::ExposureGrid> gains;
   for (const scene::View& view : views) {
     const auto found = known.find(utf8(view.name));
-    gains.push_back(found == known.end() ? glm::vec3(0) : found->second);
+    gains.push_back(found == known.end() ? soup::ExposureGrid() : found->second);
   }
   return gains;
 }
@@ -95,11 +112,14 @@ ViewExposures::ViewExposures(std::span<const PhotographExposure> photographs) {
   for (Group& g : groups_) {
     glm::dvec3 centre(0.0);
     const double n = double(g.photographs.size());
-    for (const PhotographExposure& p : g.photographs) g.mean += glm::dvec3(p.gain) / n, centre += p.position / n;
+    for (const PhotographExposure& p : g.photographs) {
+      for (std::size_t k = 0; k < kPlaces; ++k) g.mean[k] += glm::dvec3(p.gain[k]) / n;
+      centre += p.position / n;
+    }
     double squares = 0;
     for (const PhotographExposure& p : g.photographs) {
-      const glm::dvec3 beyond = glm::dvec3(p.gain) - g.mean, way = p.position - centre;
-      within += average(beyond * beyond);
+      const glm::dvec3 way = p.position - centre;
+      within += mean_square(minus(p.gain, g.mean));
       squares += glm::dot(way, way) / n;
     }
     g.spread = squares > 1e-12 ? std::sqrt(squares) : 1.0;  // smaller: all at one place
@@ -109,13 +129,14 @@ ViewExposures::ViewExposures(std::span<const PhotographExposure> photographs) {
   within /= std::max(1.0, double(photographs.size() - groups_.size()));
   for (Group& g : groups_) {
     g.centre = g.mean;
-    if (groups_.size() > 1)
-      g.mean *= f64::exposure_share(average(g.mean * g.mean), within / double(g.photographs.size()));
+    if (groups_.size() < 2) continue;
+    const double share = f64::exposure_share(mean_square(g.mean), within / double(g.photographs.size()));
+    for (glm::dvec3& gain : g.mean) gain *= share;
   }
 }
 
-glm::dvec3 ViewExposures::beyond(const Group& group, const glm::dvec3& mean, const PhotographExposure& at, double width,
-                                 double noise) {
+ViewExposures::Grid ViewExposures::beyond(const Group& group, const Grid& mean, const PhotographExposure& at,
+                                          double width, double noise) {
   std::vector<std::pair<double, const PhotographExposure*>> near;
   for (const PhotographExposure& p : group.photographs)
     if (&p != &at) near.emplace_back(apart(p, at, group.spread), &p);
@@ -130,13 +151,16 @@ glm::dvec3 ViewExposures::beyond(const Group& group, const glm::dvec3& mean, con
     matrix[i][i] += noise;
   }
   const std::array<double, kNearest> weights = solve_symmetric(matrix, right);
-  glm::dvec3 sum(0.0), least(0.0), most(0.0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const glm::dvec3 its = glm::dvec3(near[i].second->gain) - mean;
-    sum += weights[i] * its;
-    least = glm::min(least, its), most = glm::max(most, its);
-  }
-  return glm::clamp(sum, least, most);  // far from all photographs a wide process may overshoot
+  Grid sum{}, least{}, most{};
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < kPlaces; ++k) {
+      const glm::dvec3 its = glm::dvec3(near[i].second->gain[k]) - mean[k];
+      sum[k] += weights[i] * its;
+      least[k] = glm::min(least[k], its), most[k] = glm::max(most[k], its);
+    }
+  // Far from all photographs a wide process may overshoot.
+  for (std::size_t k = 0; k < kPlaces; ++k) sum[k] = glm::clamp(sum[k], least[k], most[k]);
+  return sum;
 }
 
 void ViewExposures::choose_process(Group& group) {
@@ -146,9 +170,11 @@ void ViewExposures::choose_process(Group& group) {
     double sum = 0;
     for (std::size_t i = 0; i < trials; ++i) {
       const PhotographExposure& p = group.photographs[i * all / trials];
-      const glm::dvec3 gain(p.gain), mean = (double(all) * group.mean - gain) / double(all - 1);  // of the others
-      const glm::dvec3 rest = gain - mean - (width > 0 ? beyond(group, mean, p, width, noise) : glm::dvec3(0.0));
-      sum += average(rest * rest);
+      Grid mean;  // of the others
+      for (std::size_t k = 0; k < kPlaces; ++k)
+        mean[k] = (double(all) * group.mean[k] - glm::dvec3(p.gain[k])) / double(all - 1);
+      const Grid rest = minus(p.gain, mean);
+      sum += mean_square(width > 0 ? minus(rest, beyond(group, mean, p, width, noise)) : rest);
     }
     return sum;
   };
@@ -158,7 +184,7 @@ void ViewExposures::choose_process(Group& group) {
       if (const double e = error(width, noise); e < least) least = e, group.width = width, group.noise = noise;
 }
 
-glm::vec3 ViewExposures::at(const scene::View& view) const {
+soup::ExposureGrid ViewExposures::at(const scene::View& view) const {
   const PhotographExposure place = place_of(view);
   for (const Group& g : groups_)
     for (const PhotographExposure& p : g.photographs)
@@ -171,31 +197,46 @@ glm::vec3 ViewExposures::at(const scene::View& view) const {
     if (std::count_if(groups_.begin(), groups_.end(), alike) == 1)
       own = &*std::find_if(groups_.begin(), groups_.end(), alike);
   }
-  if (!own) return glm::vec3(0);
-  glm::dvec3 gain = own->mean;
-  if (own->width > 0) gain += beyond(*own, own->centre, place, own->width, own->noise);
-  return glm::vec3(gain);
+  soup::ExposureGrid gain{};
+  if (!own) return gain;
+  const Grid more = own->width > 0 ? beyond(*own, own->centre, place, own->width, own->noise) : Grid();
+  for (std::size_t k = 0; k < kPlaces; ++k) gain[k] = glm::vec3(own->mean[k] + more[k]);
+  return gain;
 }
 
-void expose(std::vector<float>& colour, const glm::vec3& gain, const glm::vec3& background) {
-  const f32::Exposure exposure{gain, 0};
-  for (std::size_t i = 0; i + 2 < colour.size(); i += 3) {
-    const glm::vec3 c(colour[i], colour[i + 1], colour[i + 2]);
+std::vector<glm::vec3> gains_at_pixels(const soup::ExposureGrid& gain, int width, int height) {
+  std::vector<glm::vec3> gains;
+  gains.reserve(std::size_t(width) * std::size_t(height));
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const float u = (float(x) + 0.5f) / float(width), v = (float(y) + 0.5f) / float(height);
+      const std::uint32_t first = f32::exposure_square(u, v);
+      const glm::vec4 weights = f32::exposure_weights(u, v, first);
+      glm::vec3& here = gains.emplace_back(0);
+      for (std::uint32_t k = 0; k < 4; ++k) here += weights[int(k)] * gain[f32::exposure_corner(first, k)];
+    }
+  return gains;
+}
+
+void expose(std::vector<float>& colour, int width, int height, const soup::ExposureGrid& gain,
+            const glm::vec3& background) {
+  const std::vector<glm::vec3> gains = gains_at_pixels(gain, width, height);
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    const glm::vec3 c(colour[3 * i], colour[3 * i + 1], colour[3 * i + 2]);
     if (c == background) continue;
-    const glm::vec3 shown = f32::exposed(exposure, c);
-    std::copy(&shown.x, &shown.x + 3, &colour[i]);
+    const glm::vec3 shown = f32::exposed(f32::Exposure{gains[i], 0}, c);
+    std::copy(&shown.x, &shown.x + 3, &colour[3 * i]);
   }
 }
 
-Image in_scene_exposure(Image photograph, const glm::vec3& gain) {
-  if (gain == glm::vec3(0)) return photograph;
-  std::array<std::array<std::uint8_t, 256>, 3> unexposed;
-  for (std::size_t value = 0; value < 256; ++value) {
-    const glm::vec3 c = f32::unexposed(f32::Exposure{gain, 0}, glm::vec3(float(value) / 255.0f));
-    for (int k = 0; k < 3; ++k) unexposed[std::size_t(k)][value] = static_cast<std::uint8_t>(255.0f * c[k] + 0.5f);
+Image in_scene_exposure(Image photograph, const soup::ExposureGrid& gain) {
+  if (gain == soup::ExposureGrid()) return photograph;
+  const std::vector<glm::vec3> gains = gains_at_pixels(gain, photograph.width, photograph.height);
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    std::uint8_t* const rgba = &photograph.rgba[4 * i];
+    const glm::vec3 c = f32::unexposed(f32::Exposure{gains[i], 0}, glm::vec3(rgba[0], rgba[1], rgba[2]) / 255.0f);
+    for (int k = 0; k < 3; ++k) rgba[k] = static_cast<std::uint8_t>(255.0f * c[k] + 0.5f);
   }
-  for (std::size_t i = 0; i < photograph.rgba.size(); ++i)
-    if (i % 4 != 3) photograph.rgba[i] = unexposed[i % 4][photograph.rgba[i]];
   return photograph;
 }
 

@@ -2,6 +2,7 @@
 // photographs; a camera that measures light shows a place like its neighbours did. Test views are compared so.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -13,13 +14,13 @@
 
 namespace trisoup::train {
 
-/// Exposures of the training photographs. gains: of each view (Trainer::exposures()), the fourth number unused; empty:
-/// all 0. Returns none if all are 0.
+/// Exposures of the training photographs. gains: of each view (Trainer::exposures()); empty: all 0. Returns none if all
+/// are 0.
 std::vector<soup::PhotographExposure> photograph_exposures(const std::vector<scene::View>& views,
-                                                           std::span<const glm::vec4> gains);
+                                                           std::span<const soup::ExposureGrid> gains);
 
 /// Gains of the views that a model was trained on, by name; 0 for others. [views]
-std::vector<glm::vec3> gains_of(const soup::Model& model, const std::vector<scene::View>& views);
+std::vector<soup::ExposureGrid> gains_of(const soup::Model& model, const std::vector<scene::View>& views);
 
 /// Foretells exposures from those of the training photographs of the same camera: their mean plus a Gaussian process
 /// over position and viewing direction (kriging; Rasmussen and Williams 2006), of the nearest photographs. Its width
@@ -37,26 +38,31 @@ class ViewExposures {
   bool empty() const { return groups_.empty(); }
   /// Gains of a view, whose own photograph is not looked at; a training photograph's own. 0 for a camera that has taken
   /// no training photograph.
-  glm::vec3 at(const scene::View& view) const;
+  soup::ExposureGrid at(const scene::View& view) const;
 
  private:
+  using Grid = std::array<glm::dvec3, soup::ExposureGrid().size()>;
   struct Group {
     std::vector<soup::PhotographExposure> photographs;
-    glm::dvec3 centre{0.0}, mean{0.0};  // mean of the gains; the same after shrinkage
+    Grid centre{}, mean{};              // mean of the gains; the same after shrinkage
     double spread = 1;                  // of the positions, a distance
     double width = 0, noise = 0;        // of the process; width 0: none
   };
   /// What the process adds to `mean`, from all photographs but `at` itself.
-  static glm::dvec3 beyond(const Group& group, const glm::dvec3& mean, const soup::PhotographExposure& at, double width,
-                           double noise);
+  static Grid beyond(const Group& group, const Grid& mean, const soup::PhotographExposure& at, double width,
+                     double noise);
   static void choose_process(Group& group);
   std::vector<Group> groups_;
 };
 
+/// The gains of every pixel, [height][width].
+std::vector<glm::vec3> gains_at_pixels(const soup::ExposureGrid& gain, int width, int height);
+
 /// Applies gains to a picture, but to its background. colour: [height][width][3], 0..1.
-void expose(std::vector<float>& colour, const glm::vec3& gain, const glm::vec3& background);
+void expose(std::vector<float>& colour, int width, int height, const soup::ExposureGrid& gain,
+            const glm::vec3& background);
 
 /// The photograph in the scene's exposure, to be seen beside a model: without its gain. Black and white stay.
-Image in_scene_exposure(Image photograph, const glm::vec3& gain);
+Image in_scene_exposure(Image photograph, const soup::ExposureGrid& gain);
 
 }  // namespace trisoup::train

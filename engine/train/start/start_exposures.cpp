@@ -43,8 +43,8 @@ std::vector<SeenColour> thinned(const std::vector<SeenColour>& colours) {
 
 }  // namespace
 
-std::vector<glm::vec3> start_exposures(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
-                                       std::span<const BatchView> views) {
+std::vector<soup::ExposureGrid> start_exposures(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                                                std::span<const BatchView> views) {
   const std::uint32_t level = std::uint64_t(soup.triangles) * views.size() > kManySums ? kFewLevel : kLevel;
   const std::vector<soup::TextureLevels> levels(soup.triangles, soup::TextureLevels{level, level});
   const soup::TextureTable table = soup::make_texture_table(levels);
@@ -62,7 +62,9 @@ std::vector<glm::vec3> start_exposures(gpu::Device& gpu, SoupBuffers& soup, Batc
       if (const auto seen = colour_of(v, &low[4 * i], &high[4 * i])) places[i / stride].push_back(*seen);
   }
   for (std::vector<SeenColour>& place : places) place = thinned(place);
-  return balanced_gains(places, views.size());
+  std::vector<soup::ExposureGrid> grids;
+  for (const glm::vec3& gain : balanced_gains(places, views.size())) grids.push_back(soup::even_exposure(gain));
+  return grids;
 }
 
 }  // namespace trisoup::train
