@@ -206,7 +206,8 @@ background: three values from 0 to 1 instead of the model's. device: None (a GPU
           },
           py::arg("view"),
           "What the photograph of a View makes of the model's colours, foretold from the training photographs of its "
-          "camera: it multiplies the odds c / (1 - c) of red, green and blue by exp of these, (height, width, 3) float32.")
+          "camera: it multiplies the odds c / (1 - c) of red, green and blue by exp of these, (height, width, 3) "
+          "float32.")
       .def("evaluate", &evaluate, py::arg("dataset"), py::arg("views") = "test", py::kw_only(),
            py::arg("device") = py::none(),
            "Compares with the photographs of the 'test' or 'train' views, as soup-eval does. Returns an Evaluation. "

@@ -38,7 +38,8 @@ KERNEL_MAIN(64) {
     const Texture row = a.textures.v[triangle - 1u];
     const LatticeCell cell = lattice_cell(a.hits.v[index].b0, a.hits.v[index].b1, row.level_max);
     vec3 rgb = photograph_colour(rgba);
-    if (a.exposed != 0u) rgb = unexposed(exposure_at(a.exposure, a.views.v[view].index, at.x, at.y, width, height), rgb);
+    if (a.exposed != 0u)
+      rgb = unexposed(exposure_at(a.exposure, a.views.v[view].index, at.x, at.y, width, height), rgb);
     const vec4 colour = kPixelShare * vec4(rgb, 1.0f);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i0, cell.w0 * colour);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i1, cell.w1 * colour);

@@ -197,11 +197,13 @@ std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const js
   std::vector<PhotographExposure> exposures;
   if (!json.is_object() || !json.contains("exposures")) return exposures;
   const std::span<const std::byte> bytes = parts.view(json.at("exposures"));
-  if (bytes.size() != cameras.size() * sizeof(ExposureGrid))
+  const std::size_t size = cameras.empty() ? 0 : bytes.size() / cameras.size();
+  if (size * cameras.size() != bytes.size() || (size != sizeof(ExposureGrid) && size != sizeof(glm::vec3)))
     throw parts.damaged("its numbers of exposures and cameras differ");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     ExposureGrid grid;
-    std::memcpy(&grid, &bytes[i * sizeof(grid)], sizeof(grid));
+    std::memcpy(&grid, &bytes[i * size], size);
+    if (size == sizeof(glm::vec3)) grid = even_exposure(grid[0]);  // of the first models with exposures
     if (std::all_of(grid.begin(), grid.end(), [](const glm::vec3& g) { return glm::all(glm::isnan(g)); }))
       continue;  // the camera has none
     for (const glm::vec3& gain : grid)

@@ -12,7 +12,7 @@
 
 namespace trisoup::train {
 
-inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 6";
+inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 7";
 
 struct CheckpointInfo {
   std::uint64_t step = 0;

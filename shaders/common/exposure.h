@@ -16,9 +16,7 @@ struct Exposure {
 #define EXPOSURE_PLACES 9u
 
 /// The first corner of the square of places around a point of the picture, 0..1 each.
-FN uint exposure_square(real x, real y) {
-  return (y < real(0.5) ? 0u : EXPOSURE_SIDE) + (x < real(0.5) ? 0u : 1u);
-}
+FN uint exposure_square(real x, real y) { return (y < real(0.5) ? 0u : EXPOSURE_SIDE) + (x < real(0.5) ? 0u : 1u); }
 /// The place of a square's corner k: right and left, above and below.
 FN uint exposure_corner(uint first, uint k) { return first + (k & 1u) + (k >> 1) * EXPOSURE_SIDE; }
 /// Weights of the corners of a square for a point; for one outside, those of the nearest point of the square.

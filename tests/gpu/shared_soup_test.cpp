@@ -115,7 +115,7 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
     train::Importance importance;
     std::vector<std::uint32_t> kept;
     std::vector<float> painted, filled;
-    std::vector<glm::vec3> exposures;
+    std::vector<soup::ExposureGrid> exposures;
     bool operator==(const Found& o) const {
       return importance.error == o.importance.error && importance.pixels == o.importance.pixels &&
              importance.triangle == o.importance.triangle && importance.finest == o.importance.finest &&
@@ -151,7 +151,7 @@ TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repe
   const Found expected = find(nullptr);
   REQUIRE(expected.importance.behind.size() > 10);
   REQUIRE(expected.kept.size() > 14);
-  REQUIRE(expected.exposures.front() != glm::vec3(0));
+  REQUIRE(expected.exposures.front() != soup::ExposureGrid());
   for (const int size : {2, 3}) {
     std::vector<Found> found(static_cast<std::size_t>(size));
     const auto thrown = test::run_as_ranks(

@@ -154,8 +154,7 @@ std::vector<std::optional<double>> baked_psnr(gpu::Device& gpu, const soup::Mode
       }
     });
     const scene::View& view = views[first];
-    if (!exposures.empty())
-      expose(colour, view.camera.width, view.camera.height, exposures.at(view), plain.background);
+    if (!exposures.empty()) expose(colour, view.camera.width, view.camera.height, exposures.at(view), plain.background);
     psnr.push_back(psnr_against(colour, views[first].image));
   });
   return psnr;

@@ -44,9 +44,9 @@ class ViewExposures {
   using Grid = std::array<glm::dvec3, soup::ExposureGrid().size()>;
   struct Group {
     std::vector<soup::PhotographExposure> photographs;
-    Grid centre{}, mean{};              // mean of the gains; the same after shrinkage
-    double spread = 1;                  // of the positions, a distance
-    double width = 0, noise = 0;        // of the process; width 0: none
+    Grid centre{}, mean{};        // mean of the gains; the same after shrinkage
+    double spread = 1;            // of the positions, a distance
+    double width = 0, noise = 0;  // of the process; width 0: none
   };
   /// What the process adds to `mean`, from all photographs but `at` itself.
   static Grid beyond(const Group& group, const Grid& mean, const soup::PhotographExposure& at, double width,

@@ -17,6 +17,6 @@ namespace trisoup::train {
 /// compare one photograph at a time with textures, would take thousands of steps to carry brightness along a street.
 /// views: at full size, with their photographs on the device. If the soup is shared, all ranks make this call.
 std::vector<soup::ExposureGrid> start_exposures(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
-                                       std::span<const BatchView> views);
+                                                std::span<const BatchView> views);
 
 }  // namespace trisoup::train
