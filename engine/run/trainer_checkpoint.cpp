@@ -40,9 +40,9 @@ void each_array(SoupBuffers& s, F&& f) {
 template <typename F>
 void each_array(std::optional<Exposures>& e, F&& f) {
   if (!e) return;
-  f("exposures.start", e->start, 4ull * e->photographs * EXPOSURE_PLACES, Held::by_all);
-  f("exposures.fitted", e->fitted, 4ull * e->photographs * EXPOSURE_PLACES, Held::by_all);
-  f("exposures", e->exposure, 4ull * e->photographs * EXPOSURE_PLACES, Held::by_all);
+  f("exposures.start", e->start, e->numbers(), Held::by_all);
+  f("exposures.fitted", e->fitted, e->numbers(), Held::by_all);
+  f("exposures", e->exposure, e->numbers(), Held::by_all);
 }
 
 /// The same for the sums of pose corrections.

@@ -21,6 +21,7 @@ struct Exposures {
   gpu::Buffer fitted;    // [photographs][9][4]: as fitted to the rendering of the last step that used the photograph
   gpu::Buffer exposure;  // [photographs][9][4]: shrunk, relative to the mean of all photographs; steps apply these
   FixedSums sums;        // [views of a batch][9][2][4]; zero between steps
+  std::uint64_t numbers() const { return 4ull * photographs * soup::ExposureGrid().size(); }  // of a table
 };
 
 /// Allocates exposures of `photographs` photographs. views: largest number of views in a batch. start: gains,
