@@ -6,6 +6,8 @@
 
 namespace trisoup::train {
 
+static_assert(soup::ExposureGrid().size() == EXPOSURE_PLACES);
+
 Exposures allocate_exposures(gpu::Device& gpu, std::uint32_t photographs, std::uint32_t views,
                              std::span<const soup::ExposureGrid> start) {
   const std::uint64_t bytes = std::uint64_t(photographs) * EXPOSURE_PLACES * sizeof(glm::vec4),
