@@ -42,6 +42,9 @@ STRUCT ViewRecord {
   mat4 clip_from_world;
   // Direction from the surface towards the camera at NDC (x, y): ray + x ray_x + y ray_y, not normalised.
   vec4 ray, ray_x, ray_y;
+  // Shading sees the surface from `eye_shift` beside the eye, times the depth range, far - near. 1 / clip w of a
+  // fragment is inverse_w + inverse_w_by_z times its NDC z.
+  vec4 eye_shift;
   uint width, height;
   uint tiles_x, tiles_y;
   uint pixel_offset;        // index of its first pixel in the batch buffers
@@ -57,7 +60,8 @@ STRUCT ViewRecord {
   int first_x, first_y;
   POINTER(Floats) depth;  // depth map of the same field of view: inverse depth; 0: not measured
   uint background;        // of this view, RGBA8; alpha 0: the background of the batch, on which the photographs are
-  uint pad0, pad1, pad2;
+  float inverse_w, inverse_w_by_z;
+  uint pad0;
 };
 
 /// A triangle in one view. Pixels x, y in 16 bits each; the box is empty if min > max.
@@ -155,7 +159,7 @@ POINTER_TYPE(StatisticsRows, Statistics, 16)
 POINTER_TYPE(Controls, Control, 16)
 #endif
 #ifndef GL_core_profile
-static_assert(sizeof(ViewRecord) == 224 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
+static_assert(sizeof(ViewRecord) == 240 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
               sizeof(TextureTask) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
 static_assert(sizeof(StepState) == 64 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 48 && sizeof(Control) == 64);

@@ -1,10 +1,13 @@
 // Inputs of the MLP: features of a visible fragment and the view direction.
 #include "common/fragment_features.h"
 
-/// Returns the unit vector from the surface towards the camera.
-FN vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint height) {
+/// Returns the unit vector from the surface at NDC depth z towards the camera, or towards the eye beside it from which
+/// this view is shaded.
+FN vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint height, float z) {
   const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
-  return normalize(vec3(views.v[view].ray + ndc.x * views.v[view].ray_x + ndc.y * views.v[view].ray_y));
+  const vec3 ray = vec3(views.v[view].ray + ndc.x * views.v[view].ray_x + ndc.y * views.v[view].ray_y);
+  const float inverse_w = views.v[view].inverse_w + z * views.v[view].inverse_w_by_z;
+  return normalize(ray + inverse_w * vec3(views.v[view].eye_shift));
 }
 
 /// The visible fragments of a thread's pixels `first` to first + PIXELS - 1 (of four) and the MLP's inputs for them,
@@ -64,7 +67,8 @@ FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first
       p.cell[k] = lattice_cell(b0, b1, level);
     float f[7], y[9];
     fragment_features(lattice, p.lattice_offset[k], p.cell[k], f);
-    spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, first + k), width, height), y);
+    const uvec2 pixel = block_pixel(corner, thread, first + k);
+    spherical_harmonics(view_direction(views, view, pixel, width, height, hits.v[p.index[k]].depth), y);
     UNROLL for (uint i = 0u; i < 7u; ++i) LANE(x[i], k) = f[i];
     UNROLL for (uint i = 0u; i < 9u; ++i) LANE(x[7u + i], k) = y[i];
   }

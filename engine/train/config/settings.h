@@ -48,17 +48,18 @@ struct Settings {
   double depth_until = 0.7;  // share of the steps after which it is 0
 
   std::uint32_t level_min = 2, level_max = 5;  // texture levels after the coarse part
-  double samples_per_pixel = 1;    // of a triangle's finest level, where photographs show it largest; 0: level_max
-  std::uint32_t texture_bits = 8;  // bits of each texture value in the model file; 8: exact
-  double coarse_share = 0.5;       // first share of the steps, which trains textures of level 0 alone
-  double small_share = 0;          // first share of the steps, which trains on smaller pictures
-  double pixel_jitter = 0.25;      // largest distance of samples from pixel centres, pixels along each axis
-  double random_background = 0;    // share of views that steps see on random backgrounds, if photographs have alpha
-  bool exposure = false;           // finds an exposure of each photograph (docs/method.md, "Exposure")
-  bool pose_corrections = false;   // corrects the poses of training cameras (docs/method.md, "Poses")
-  double pose_motion = 0.25;       // pixels; with a smaller median of the first corrections there are none
-  std::uint64_t pose_every = 0;    // steps between corrections; 0: none
-  bool opaque = false;             // opacity is fixed to 1: no masking and no gradient of it
+  double samples_per_pixel = 1;     // of a triangle's finest level, where photographs show it largest; 0: level_max
+  std::uint32_t texture_bits = 8;   // bits of each texture value in the model file; 8: exact
+  double coarse_share = 0.5;        // first share of the steps, which trains textures of level 0 alone
+  double small_share = 0;           // first share of the steps, which trains on smaller pictures
+  double pixel_jitter = 0.25;       // largest distance of samples from pixel centres, pixels along each axis
+  double random_background = 0;     // share of views that steps see on random backgrounds, if photographs have alpha
+  double neighbour_directions = 0;  // share of views that steps shade as the nearest cameras would see them
+  bool exposure = false;            // finds an exposure of each photograph (docs/method.md, "Exposure")
+  bool pose_corrections = false;    // corrects the poses of training cameras (docs/method.md, "Poses")
+  double pose_motion = 0.25;        // pixels; with a smaller median of the first corrections there are none
+  std::uint64_t pose_every = 0;     // steps between corrections; 0: none
+  bool opaque = false;              // opacity is fixed to 1: no masking and no gradient of it
 
   std::uint64_t refine_every = 100;  // steps
   double refine_until = 0.95;        // share of the steps

@@ -82,6 +82,10 @@ BatchLayout lay_out(std::span<const BatchView> views) {
     record.ray = glm::vec4(rays.centre, 0.0);
     record.ray =
         glm::vec4(glm::dvec4(record.ray) + ndc.x * glm::dvec4(record.ray_x) + ndc.y * glm::dvec4(record.ray_y));
+    const double inverse_w = view.world_from_clip[3].w, by_z = view.world_from_clip[2].w;
+    record.eye_shift = glm::vec4(view.eye_shift * (1.0 / (inverse_w + by_z) - 1.0 / (inverse_w - by_z)), 0.0);
+    record.inverse_w = static_cast<float>(inverse_w);
+    record.inverse_w_by_z = static_cast<float>(by_z);
     record.width = view.width;
     record.height = view.height;
     record.tiles_x = (view.width + 7) / 8;

@@ -17,6 +17,7 @@ namespace trisoup::train {
 struct BatchView {
   glm::dmat4 clip_from_world{1.0};  // OpenGL clip space; row 0 of the image is at NDC y = -1
   glm::dmat4 world_from_clip{1.0};  // its inverse
+  glm::dvec3 eye_shift{0.0};        // from the eye to the one that view-dependent colours are seen from
   std::uint32_t width = 0, height = 0;
   gpu::Address photo = 0;  // RGBA8, alpha is the loss mask; 0 if the view is only rendered
   gpu::Address depth = 0;  // depth map: inverse depths, 0 where not measured; 0 if there is none

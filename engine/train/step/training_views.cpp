@@ -50,6 +50,7 @@ TrainingViews::TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const 
       views->push_back(view);
     }
   }
+  if (settings.neighbour_directions > 0) neighbours_ = nearest_eyes(full_);
   if (small_scale(settings) < 1 && step < small_end(settings)) small_ = small_views(gpu, scene.train, settings);
   if (small_)
     for (std::size_t i = 0; i < scene.train.size(); ++i) add_depth(scene.train[i], small_->views[i]);
@@ -88,8 +89,13 @@ std::vector<BatchView> TrainingViews::batch(std::uint64_t step) {
   const std::vector<BatchView>& from = uses_small(step) ? small_->views : full_;
   std::vector<BatchView> views;
   for (const std::uint32_t v : draw(step)) {
-    views.push_back(sampled_at(from[v], pixel_jitter(settings_.seed, step, from[v], settings_.pixel_jitter)));
-    views.back().background = random_background(settings_.seed, step, from[v], background_share_);
+    BatchView view = sampled_at(from[v], pixel_jitter(settings_.seed, step, from[v], settings_.pixel_jitter));
+    view.background = random_background(settings_.seed, step, from[v], background_share_);
+    if (!neighbours_.empty()) {
+      const std::uint32_t eye = seen_from(settings_.seed, step, v, neighbours_[v], settings_.neighbour_directions);
+      view.eye_shift = scene::eye(from[eye].world_from_clip) - scene::eye(from[v].world_from_clip);
+    }
+    views.push_back(view);
   }
   return views;
 }

@@ -10,6 +10,7 @@
 #include "scene/scene.h"
 #include "train/config/settings.h"
 #include "train/step/batch_view.h"
+#include "train/step/neighbour_eyes.h"
 #include "train/step/photographs.h"
 #include "train/step/small_views.h"
 
@@ -21,8 +22,9 @@ class TrainingViews {
   /// `settings` must outlive it. Throws gpu::OutOfMemory.
   TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, std::uint64_t step);
 
-  /// The views of the step after `step` completed ones, sampled off the centres of pixels by a random distance. Views
-  /// are drawn without replacement; batches run on from one epoch into the next. The same for the same seed and step.
+  /// The views of the step after `step` completed ones, sampled off the centres of pixels by a random distance, and
+  /// some shaded from the eye of a neighbour. Views are drawn without replacement; batches run on from one epoch into
+  /// the next. The same for the same seed and step.
   std::vector<BatchView> batch(std::uint64_t step);
   /// Whether that batch has a pixel inside a loss mask.
   bool has_pixels(std::uint64_t step);
@@ -56,6 +58,7 @@ class TrainingViews {
   const double background_share_;  // of views on random backgrounds
   Photographs photographs_, depths_;
   std::vector<BatchView> full_, half_;
+  std::vector<Neighbours> neighbours_;  // of full_; none: views are shaded from their own eyes
   std::optional<SmallViews> small_;
   std::vector<bool> masked_out_;  // views without a pixel inside the loss mask
   std::uint64_t epoch_ = ~0ull;   // of order_
