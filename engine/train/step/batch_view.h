@@ -17,7 +17,6 @@ namespace trisoup::train {
 struct BatchView {
   glm::dmat4 clip_from_world{1.0};  // OpenGL clip space; row 0 of the image is at NDC y = -1
   glm::dmat4 world_from_clip{1.0};  // its inverse
-  glm::dvec3 eye_shift{0.0};        // from the eye to the one that view-dependent colours are seen from
   std::uint32_t width = 0, height = 0;
   gpu::Address photo = 0;  // RGBA8, alpha is the loss mask; 0 if the view is only rendered
   gpu::Address depth = 0;  // depth map: inverse depths, 0 where not measured; 0 if there is none
@@ -26,6 +25,7 @@ struct BatchView {
   std::uint32_t index = 0;       // of the view among the training views
   double photograph_pixels = 1;  // pixels of the photograph per pixel of this view
   glm::dvec2 offset{0.0};  // position of samples of soup and photograph relative to pixel centres: pixels right, down
+  glm::dvec3 eye_shift{0.0};  // from the eye to the one that view-dependent colours are seen from
 };
 
 /// The view of a camera in normalised coordinates. scale: factor of the image's width and height.
