@@ -13,13 +13,9 @@ ARGUMENTS(MeasureExposureArgs)
 const uint kSums = 4u * EXPOSURE_SUMS;  // vectors: the sums of the corners of a square
 SHARED vec4 s_sums[64 * kSums];
 
-FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
-  const uint view = block_view(a.views, a.view_count, block);
-  const uvec2 corner = block_corner(a.views, view, block);
+/// Adds what the pixels of a block say that lie in one square of the grid of gains.
+FN void measure_square(TAKES_ARGUMENTS uint view, uvec2 corner, uint square, uint thread) {
   const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
-  // A block that reaches into another square counts for the one that has its middle.
-  const vec2 size = vec2(float(width), float(height));
-  const uint square = exposure_square((float(corner.x) + 8.0f) / size.x, (float(corner.y) + 8.0f) / size.y);
   const ExposureSquare so_far = load_square(a.exposure, a.views.v[view].index, square);
   vec4 sums[kSums];
   UNROLL for (uint i = 0u; i < kSums; ++i) sums[i] = vec4(0.0f);
@@ -27,10 +23,12 @@ FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
     const uvec2 at = block_pixel(corner, thread, k);
     const uint index = offset + at.y * width + at.x;
     if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
+    const vec2 centre = picture_point(at.x, at.y, width, height);
+    if (exposure_square(centre.x, centre.y) != square) continue;
     const uint rgba = a.target.v[index];
     if (!in_mask(rgba)) continue;
     const vec3 colour = vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]);
-    const vec4 weights = exposure_weights((float(at.x) + 0.5f) / size.x, (float(at.y) + 0.5f) / size.y, square);
+    const vec4 weights = exposure_weights(centre.x, centre.y, square);
     vec4 pixel[EXPOSURE_SUMS];
     UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) pixel[i] = vec4(0.0f);
     add_to_exposure(colour, photograph_colour(rgba), exposure_in(so_far, weights), pixel);
@@ -47,6 +45,18 @@ FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
     add_fixed(a.sums_low, at, a.sums_high, at, sum * (1.0f / 256.0f));
   }
   barrier();
+}
+
+FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
+  const uint view = block_view(a.views, a.view_count, block);
+  const uvec2 corner = block_corner(a.views, view, block);
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const vec2 from = picture_point(corner.x, corner.y, width, height),
+             to = picture_point(min(corner.x + 15u, width - 1u), min(corner.y + 15u, height - 1u), width, height);
+  const uint first = exposure_square(from.x, from.y), last = exposure_square(to.x, to.y);
+  for (uint row = first / EXPOSURE_SIDE; row <= last / EXPOSURE_SIDE; ++row)
+    for (uint column = first % EXPOSURE_SIDE; column <= last % EXPOSURE_SIDE; ++column)
+      measure_square(GIVES_ARGUMENTS view, corner, row * EXPOSURE_SIDE + column, thread);
 }
 
 KERNEL_MAIN(64) {

@@ -192,18 +192,35 @@ std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::spa
   return gains;
 }
 
+/// Gains of side x side places at those of a grid. Earlier models have one place or 3 x 3.
+ExposureGrid resampled(std::span<const glm::vec3> gains, std::size_t side) {
+  ExposureGrid grid;
+  const std::size_t places = static_cast<std::size_t>(std::lround(std::sqrt(double(grid.size()))));
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    const double along = double(side - 1) / double(places - 1), x = along * double(k % places),
+                 y = along * double(k / places);
+    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y),
+                      x1 = std::min(x0 + 1, side - 1), y1 = std::min(y0 + 1, side - 1);
+    const auto right = static_cast<float>(x - double(x0)), below = static_cast<float>(y - double(y0));
+    grid[k] = glm::mix(glm::mix(gains[y0 * side + x0], gains[y0 * side + x1], right),
+                       glm::mix(gains[y1 * side + x0], gains[y1 * side + x1], right), below);
+  }
+  return grid;
+}
+
 std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const json& json,
                                                std::span<const ModelCamera> cameras) {
   std::vector<PhotographExposure> exposures;
   if (!json.is_object() || !json.contains("exposures")) return exposures;
   const std::span<const std::byte> bytes = parts.view(json.at("exposures"));
-  const std::size_t size = cameras.empty() ? 0 : bytes.size() / cameras.size();
-  if (size * cameras.size() != bytes.size() || (size != sizeof(ExposureGrid) && size != sizeof(glm::vec3)))
+  const std::size_t each = cameras.empty() ? 0 : bytes.size() / cameras.size() / sizeof(glm::vec3),
+                    side = each <= 10'000 ? static_cast<std::size_t>(std::lround(std::sqrt(double(each)))) : 0;
+  if (side == 0 || side * side * cameras.size() * sizeof(glm::vec3) != bytes.size())
     throw parts.damaged("its numbers of exposures and cameras differ");
+  std::vector<glm::vec3> gains(side * side);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    ExposureGrid grid;
-    std::memcpy(&grid, &bytes[i * size], size);
-    if (size == sizeof(glm::vec3)) grid = even_exposure(grid[0]);  // of the first models with exposures
+    std::memcpy(gains.data(), &bytes[i * gains.size() * sizeof(glm::vec3)], gains.size() * sizeof(glm::vec3));
+    const ExposureGrid grid = resampled(gains, side);
     if (std::all_of(grid.begin(), grid.end(), [](const glm::vec3& g) { return glm::all(glm::isnan(g)); }))
       continue;  // the camera has none
     for (const glm::vec3& gain : grid)

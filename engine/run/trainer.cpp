@@ -105,7 +105,8 @@ void Trainer::prepare(std::span<const soup::ExposureGrid> exposures) {
   const BatchSize batch = largest_batch(scene_.train, settings_);
   buffers_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure)
-    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views, exposures);
+    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views, exposures,
+                                    cameras_of(scene_.train));
   if (settings_.pose_corrections) poses_.emplace(gpu_, scene_.train);
   if (settings_.lr_vertex_distance > 0) {
     std::vector<glm::vec3> eyes;

@@ -45,7 +45,7 @@ struct Mlp {
 };
 
 /// Gains at the places of a picture (shaders/common/exposure.h).
-using ExposureGrid = std::array<glm::vec3, 9>;
+using ExposureGrid = std::array<glm::vec3, 25>;
 inline ExposureGrid even_exposure(const glm::vec3& gain) {
   ExposureGrid grid;
   grid.fill(gain);

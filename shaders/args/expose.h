@@ -11,7 +11,7 @@ struct ExposeArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
   POINTER(Floats) colour;
-  POINTER(Float4s) exposure;  // [photographs][9]
+  POINTER(Float4s) exposure;  // [photographs][25]
   uint blocks, view_count;
 };
 

@@ -13,8 +13,8 @@ struct MeasureExposureArgs {
   POINTER(Hits) hits;
   POINTER(Floats) colour;
   POINTER(Uints) target;      // [pixels]: RGBA8, alpha is the loss mask
-  POINTER(Float4s) exposure;  // [photographs][9]
-  POINTER(Uints) sums_low;    // [views of the batch][9][2][4], fixed point: sums of common/exposure.h divided by 256
+  POINTER(Float4s) exposure;  // [photographs][25]
+  POINTER(Uints) sums_low;    // [views of the batch][25][2][4], fixed point: sums of common/exposure.h divided by 256
   POINTER(Uints) sums_high;
   uint blocks, view_count, groups, pad;
 };

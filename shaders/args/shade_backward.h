@@ -19,7 +19,7 @@ struct ShadeBackwardArgs {
   POINTER(Floats) sorted;       // [9][pixels]: dL/dfeature and barycentrics, by position
   POINTER(Floats) mlp_partial;  // [groups][MLP_COUNT]
   POINTER(Floats) debug;        // [pixels][7]: dL/dfeature, if requested
-  POINTER(Float4s) exposure;    // [photographs][9]
+  POINTER(Float4s) exposure;    // [photographs][25]
   uint blocks, groups, view_count;
   uint exposed;  // 1: the gradient is with respect to colours changed by expose; needs exposure
   uint pixels, pad;

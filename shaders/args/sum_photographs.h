@@ -14,7 +14,7 @@ struct SumPhotographsArgs {
   // [lattice samples of triangles first .. last - 1][4] fixed point, added to: weight times red, green, blue, 1
   POINTER(Uints) low;
   POINTER(Uints) high;
-  POINTER(Float4s) exposure;  // [photographs][9]: of the colours; 0 unless exposed
+  POINTER(Float4s) exposure;  // [photographs][25]: of the colours; 0 unless exposed
   uint view_count, blocks;
   uint first, last;
   uint stride, exposed;  // every stride-th pixel is used

@@ -10,19 +10,22 @@ struct Exposure {
 };
 
 // Gains vary over a picture, because lenses let less light into the corners, and because who takes it throws a shadow:
-// bilinearly between 3 x 3 places, row by row, from the picture's top left corner to its bottom right one (bilateral
+// bilinearly between 5 x 5 places, row by row, from the picture's top left corner to its bottom right one (bilateral
 // grids without their third axis: Chen, Paris, Durand 2007; Wang et al. 2024).
-#define EXPOSURE_SIDE 3u
-#define EXPOSURE_PLACES 9u
+#define EXPOSURE_SIDE 5u
+#define EXPOSURE_PLACES 25u
 
 /// The first corner of the square of places around a point of the picture, 0..1 each.
-FN uint exposure_square(real x, real y) { return (y < real(0.5) ? 0u : EXPOSURE_SIDE) + (x < real(0.5) ? 0u : 1u); }
+FN uint exposure_square(real x, real y) {
+  const real squares = real(EXPOSURE_SIDE - 1u), last = real(EXPOSURE_SIDE - 2u);
+  return uint(clamp(squares * y, real(0), last)) * EXPOSURE_SIDE + uint(clamp(squares * x, real(0), last));
+}
 /// The place of a square's corner k: right and left, above and below.
 FN uint exposure_corner(uint first, uint k) { return first + (k & 1u) + (k >> 1) * EXPOSURE_SIDE; }
 /// Weights of the corners of a square for a point; for one outside, those of the nearest point of the square.
 FN vec4 exposure_weights(real x, real y, uint first) {
-  const real u = clamp(real(2) * x - real(first % EXPOSURE_SIDE), real(0), real(1)),
-             v = clamp(real(2) * y - real(first / EXPOSURE_SIDE), real(0), real(1));
+  const real u = clamp(real(EXPOSURE_SIDE - 1u) * x - real(first % EXPOSURE_SIDE), real(0), real(1)),
+             v = clamp(real(EXPOSURE_SIDE - 1u) * y - real(first / EXPOSURE_SIDE), real(0), real(1));
   return vec4((real(1) - u) * (real(1) - v), u * (real(1) - v), (real(1) - u) * v, u * v);
 }
 

@@ -31,9 +31,14 @@ FN Exposure exposure_in(IN(ExposureSquare) s, vec4 weights) {
   return m;
 }
 
+/// The centre of a pixel, 0..1 over the picture.
+FN vec2 picture_point(uint x, uint y, uint width, uint height) {
+  return vec2((float(x) + 0.5f) / float(width), (float(y) + 0.5f) / float(height));
+}
+
 /// The exposure of a photograph at a pixel.
 FN Exposure exposure_at(Float4s table, uint photograph, uint x, uint y, uint width, uint height) {
-  const vec2 at = vec2((float(x) + 0.5f) / float(width), (float(y) + 0.5f) / float(height));
+  const vec2 at = picture_point(x, y, width, height);
   const uint first = exposure_square(at.x, at.y);
   return exposure_in(load_square(table, photograph, first), exposure_weights(at.x, at.y, first));
 }

@@ -11,6 +11,7 @@
 #include "recipe_settings.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
+#include "train/quality/view_exposures.h"
 #include "train/start/painting.h"
 #include "train/start/random_start.h"
 #include "train/start/start_exposures.h"
@@ -77,8 +78,9 @@ train::BatchView view_of(std::uint32_t index, double angle, std::uint32_t width,
 }
 
 /// Returns a view of a column at the origin from `angle`. Its colours are the same in all views, exposed with a gain.
-scene::View square_view(double angle, const glm::vec3& gain) {
-  constexpr int kSide = 40;
+/// falloff: what is added to the gain at the picture's left and right sides, quadratic between.
+scene::View square_view(double angle, const glm::vec3& gain, float falloff = 0) {
+  constexpr int kSide = 64;  // 16 pixels between places
   scene::View v;
   v.name = std::to_string(angle);
   v.camera.width = v.camera.height = kSide;
@@ -90,12 +92,13 @@ scene::View square_view(double angle, const glm::vec3& gain) {
   v.image = {kSide, kSide, {}};
   for (int row = 0; row < kSide; ++row)
     for (int column = 0; column < kSide; ++column) {
-      const bool inside = std::abs(row - kSide / 2) < 10 && std::abs(column - kSide / 2) < 10;
+      const bool inside = std::abs(row - kSide / 2) < kSide / 4 && std::abs(column - kSide / 2) < kSide / 4;
       const float height = static_cast<float>(row) / kSide;
       const glm::vec3 colour(0.25f + 0.3f * height, 0.5f, row > kSide / 2 ? 0.3f : 0.55f);
+      const float side = 2 * (static_cast<float>(column) + 0.5f) / kSide - 1;
+      const glm::vec3 shown = f32::exposed({gain + falloff * side * side, 0}, colour);
       for (int c = 0; c < 3; ++c)
-        v.image.rgba.push_back(
-            inside ? static_cast<std::uint8_t>(std::lround(255.0f * f32::exposed({gain, 0}, colour)[c])) : 0);
+        v.image.rgba.push_back(inside ? static_cast<std::uint8_t>(std::lround(255.0f * shown[c])) : 0);
       v.image.rgba.push_back(255);
     }
   return v;
@@ -129,6 +132,41 @@ train::Settings ring_settings(std::uint64_t steps, bool exposure) {
   return s;
 }
 
+/// What the photographs of a photograph's camera have in common (shaders/fit_exposure.comp), on the host.
+struct Common {
+  glm::vec3 mean{0};
+  std::array<glm::vec3, EXPOSURE_PLACES> gain{};
+  float share = 0, own_share = 0;
+};
+
+Common common_of(const std::vector<glm::vec4>& table, const std::vector<glm::vec4>& start,
+                 const std::vector<std::uint32_t>& cameras, std::size_t photograph, bool without_it) {
+  Common common;
+  const auto beyond = [&](std::size_t p, std::size_t k) {
+    return glm::vec3(table[p * EXPOSURE_PLACES + k] - start[p * EXPOSURE_PLACES + k]);
+  };
+  std::vector<std::size_t> its;
+  for (std::size_t p = 0; p < cameras.size(); ++p) {
+    for (std::size_t k = 0; k < EXPOSURE_PLACES; ++k) common.mean += beyond(p, k) / float(table.size());
+    if (cameras[p] == cameras[photograph] && !(without_it && p == photograph)) its.push_back(p);
+  }
+  if (its.empty()) return common;
+  const float one = 1.0f / float(its.size() * EXPOSURE_PLACES);
+  float variance = 0, within = 0, between = 0;
+  for (std::size_t k = 0; k < EXPOSURE_PLACES; ++k) {
+    for (const std::size_t p : its) common.gain[k] += (beyond(p, k) - common.mean) / float(its.size());
+    for (const std::size_t p : its) {
+      const glm::vec3 rest = beyond(p, k) - common.mean - common.gain[k];
+      within += one * glm::dot(rest, rest) / 3;
+      variance += one * table[p * EXPOSURE_PLACES + k].w;
+    }
+    between += glm::dot(common.gain[k], common.gain[k]) / (3 * float(EXPOSURE_PLACES));
+  }
+  common.share = f32::exposure_share(between, variance / float(its.size()));
+  common.own_share = f32::exposure_share(within, variance);
+  return common;
+}
+
 std::vector<glm::vec3> ring_start(const train::Settings& s) {
   return soup::triangles_in_box(s.init_count, glm::vec3(-0.25f), glm::vec3(0.25f), s.init_radius, 3);
 }
@@ -137,15 +175,17 @@ std::vector<glm::vec3> ring_start(const train::Settings& s) {
 
 TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[exposure][each_driver]") {
   auto gpu = test::open_device();
-  // Photograph 3 is in the batch twice. Photographs 0 and 2 are not in it.
+  // Photograph 3 is in the batch twice. Photographs 0, 2 and 4 are not in it. Photograph 1 is its camera's only one.
   ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)},
-                 {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);
-  constexpr std::size_t kRows = 4 * EXPOSURE_PLACES;
+                 {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 5);
+  constexpr std::size_t kRows = 5 * EXPOSURE_PLACES;
+  const std::vector<std::uint32_t> cameras{0, 1, 0, 0, 2};
+  gpu->upload(s.exposures.cameras.address(), cameras);
   std::vector<glm::vec4> before, start;
-  for (int i = 0; i < 4; ++i)
+  for (int i = 0; i < 5; ++i)
     for (int k = 0; k < int(EXPOSURE_PLACES); ++k) {
-      before.emplace_back(-1.0f + 0.7f * i + 0.05f * k, 0.5f - 0.04f * k, 1.2f - 0.6f * i + 0.03f * (k % 3), 0);
-      start.emplace_back(0.1f * i, 0.2f, -0.1f * i + 0.02f * k, 0);
+      before.emplace_back(-1.0f + 0.7f * i + 0.02f * k, 0.5f - 0.02f * k, 1.2f - 0.6f * i + 0.03f * (k % 5), 0);
+      start.emplace_back(0.1f * i, 0.2f, -0.1f * i + 0.01f * k, 0);
     }
   gpu->upload(s.exposures.start.address(), start);
   gpu->upload(s.exposures.fitted.address(), before);
@@ -170,8 +210,7 @@ TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[e
       }
       ++seen;
       const std::uint32_t x = pixel % v.width, y = pixel / v.width;
-      const glm::vec2 size(v.width, v.height), here = (glm::vec2(x, y) + 0.5f) / size,
-                                               middle = (glm::vec2(x / 16 * 16, y / 16 * 16) + 8.0f) / size;
+      const glm::vec2 here = (glm::vec2(x, y) + 0.5f) / glm::vec2(v.width, v.height);
       const auto gain_at = [&](const std::vector<glm::vec4>& table, std::uint32_t square) {
         const glm::vec4 weights = f32::exposure_weights(here.x, here.y, square);
         f32::Exposure sum{glm::vec3(0), 0};
@@ -182,7 +221,7 @@ TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[e
       const glm::vec3 colour = f32::exposed(gain_at(exposure, f32::exposure_square(here.x, here.y)), at(rendered, p));
       for (int c = 0; c < 3; ++c) CHECK(at(shown, p)[c] == Approx(colour[c]).margin(1e-5));
       if (!f32::in_mask(target[p])) continue;
-      const std::uint32_t square = f32::exposure_square(middle.x, middle.y);
+      const std::uint32_t square = f32::exposure_square(here.x, here.y);
       glm::vec4 one[EXPOSURE_SUMS]{};
       f32::add_to_exposure(at(rendered, p), colour_of(target[p]), gain_at(before, square), one);
       const glm::vec4 weights = f32::exposure_weights(here.x, here.y, square);
@@ -191,28 +230,33 @@ TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[e
           sums[v.index * EXPOSURE_PLACES + f32::exposure_corner(square, k)][i] += weights[int(k)] * one[i];
     }
   CHECK(seen > 500);
-  f32::Exposure mean{glm::vec3(0), 0};
-  float spread = 0;
-  const auto beyond = [&](std::size_t i) { return row(fitted, i).gain - row(start, i).gain; };
-  const auto in_batch = [](std::size_t i) { return i / EXPOSURE_PLACES % 2 == 1; };
-  for (std::size_t i = 0; i < kRows; ++i) {
-    const f32::Exposure expected =
-        in_batch(i) ? f32::fitted_exposure(sums[i].data(), row(before, i), row(start, i).gain) : row(before, i);
-    for (int c = 0; c < 3; ++c) CHECK(fitted[i][c] == Approx(expected.gain[c]).margin(1e-4));
-    CHECK(fitted[i].w == Approx(expected.variance).epsilon(1e-3));
-    mean.gain += beyond(i) / float(kRows);
-    mean.variance += expected.variance / float(kRows);
+  std::vector<glm::vec4> so_far = before;
+  for (const std::size_t photograph : {3, 1}) {
+    const Common others = common_of(so_far, start, cameras, photograph, true);
+    for (std::size_t k = 0; k < EXPOSURE_PLACES; ++k) {
+      const std::size_t i = photograph * EXPOSURE_PLACES + k;
+      const f32::Exposure expected =
+          f32::fitted_exposure(sums[i].data(), row(before, i), row(start, i).gain + others.share * others.gain[k]);
+      for (int c = 0; c < 3; ++c) CHECK(fitted[i][c] == Approx(expected.gain[c]).margin(1e-4));
+      CHECK(fitted[i].w == Approx(expected.variance).epsilon(1e-3));
+      so_far[i] = fitted[i];
+    }
+    const Common common = common_of(so_far, start, cameras, photograph, false);
+    CAPTURE(common.share, common.own_share);
+    if (photograph == 1) CHECK(common.own_share == 0);
+    for (const float share : {common.share, common.own_share})
+      CHECK((photograph == 1 || (share > 0.1f && share < 0.98f)));
+    for (std::size_t k = 0; k < EXPOSURE_PLACES; ++k) {
+      const std::size_t i = photograph * EXPOSURE_PLACES + k;
+      const glm::vec3 first = row(start, i).gain, own = row(fitted, i).gain - first - common.mean - common.gain[k],
+                      expected = first + common.share * common.gain[k] + common.own_share * own;
+      for (int c = 0; c < 3; ++c) CHECK(exposure[i][c] == Approx(expected[c]).margin(1e-4));
+    }
   }
-  for (std::size_t i = 0; i < kRows; ++i)
-    for (int c = 0; c < 3; ++c)
-      spread += (beyond(i)[c] - mean.gain[c]) * (beyond(i)[c] - mean.gain[c]) / (3 * float(kRows));
-  const float share = f32::exposure_share(spread, mean.variance);
-  CAPTURE(share, spread, mean.variance);
-  CHECK((share > 0.1f && share < 0.98f));
-  for (std::size_t i = 0; i < kRows; ++i) {
-    const glm::vec3 expected = in_batch(i) ? row(start, i).gain + share * (beyond(i) - mean.gain) : row(before, i).gain;
-    for (int c = 0; c < 3; ++c) CHECK(exposure[i][c] == Approx(expected[c]).margin(1e-4));
-  }
+  CHECK(fitted == so_far);
+  for (const std::size_t photograph : {0, 2, 4})
+    for (std::size_t i = photograph * EXPOSURE_PLACES; i < (photograph + 1) * EXPOSURE_PLACES; ++i)
+      CHECK(exposure[i] == before[i]);
   test::require_silence(*gpu);
 }
 
@@ -258,7 +302,7 @@ TEST_CASE("texture gradients through an exposure match finite differences of the
   s.inputs.fit_exposures = false;
   std::vector<glm::vec4> gains;
   for (int k = 0; k < 2 * int(EXPOSURE_PLACES); ++k) {
-    const float more = 0.04f * float(k % int(EXPOSURE_PLACES));
+    const float more = 0.015f * float(k % int(EXPOSURE_PLACES));
     gains.push_back(k < int(EXPOSURE_PLACES) ? glm::vec4(0.6 + more, 0.9 - more, 0.7, 0)
                                              : glm::vec4(-0.5 - more, -0.9 + more, -0.6, 0));
   }
@@ -410,11 +454,38 @@ TEST_CASE("photographs with different exposures give the colour of their mean", 
     for (int c = 0; c < 3; ++c) {
       CHECK(gain[c] == Approx(0).margin(0.02));
       // Brighter photographs get larger gains.
-      CHECK(exposures[1][4][c] > exposures[2][4][c] + 0.3f);
+      CHECK(exposures[1][12][c] > exposures[2][12][c] + 0.3f);
     }
   }
   CAPTURE(psnr[0], psnr[1]);
   CHECK(psnr[1] > psnr[0] + 1);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("what a camera's lens takes from all its photographs is found, and expected of others",
+          "[exposure][training][repeats]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = ring_scene(false);
+  for (std::size_t i = 0; i < scene.train.size(); ++i) {
+    const bool vignettes = i % 2 == 0;
+    scene.train[i] = square_view(6.2831853 * double(i) / 12, glm::vec3(0), vignettes ? -3.0f : 0.0f);
+    scene.train[i].name = (vignettes ? "a/" : "b/") + scene.train[i].name;
+  }
+  scene.test = {square_view(0.3, glm::vec3(0), -3.0f), square_view(0.3, glm::vec3(0))};
+  scene.test[0].name = "a/test", scene.test[1].name = "b/test";
+  const train::Settings settings = ring_settings(200, true);
+  train::Trainer trainer(*gpu, scene, settings, ring_start(settings));
+  trainer.run({});
+  const train::ViewExposures exposures(train::photograph_exposures(scene.train, trainer.exposures()));
+  const auto falloff = [&](std::size_t view) {
+    const soup::ExposureGrid grid = exposures.at(scene.test[view]);
+    return (grid[11] + grid[13]) / 2.0f - grid[12];
+  };
+  for (int c = 0; c < 3; ++c) {
+    // The places lie half way to the sides: a quarter of the falloff.
+    CHECK(falloff(0)[c] - falloff(1)[c] == Approx(-0.75).margin(0.08));
+    CHECK(std::abs(falloff(1)[c]) < 0.08);
+  }
   test::require_silence(*gpu);
 }
 

@@ -105,6 +105,7 @@ TEST_CASE("cameras have exposures of their own", "[exposure]") {
     two.add(view_at((dark ? "images/b/" : "images/a/") + std::to_string(i), i / 12.0),
             glm::vec3(dark ? -0.8f : 0.4f, 0, 0));
   }
+  CHECK(train::cameras_of(two.views) == std::vector<std::uint32_t>{0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1});
   const train::ViewExposures exposures = two.exposures();
   CHECK(exposures.at(view_at("images/a/test.jpg", 0.9))[4].r == Approx(0.4f));
   CHECK(exposures.at(view_at("images/b/test.jpg", 0.1))[4].r == Approx(-0.8f));
@@ -169,7 +170,7 @@ TEST_CASE("a model file keeps the exposures of its training views", "[exposure][
   Training ring;
   for (int i = 0; i < 6; ++i) {
     ring.add(view_at("images/" + std::to_string(i), i / 6.0), smooth(i / 6.0));
-    for (int k = 0; k < 9; ++k) ring.gains.back()[std::size_t(k)].y += 0.01f * float(k);
+    for (int k = 0; k < 25; ++k) ring.gains.back()[std::size_t(k)].y += 0.01f * float(k);
   }
   options.cameras.push_back({"images/t", true, view_at("images/t", 0.4).camera});
   for (const scene::View& view : ring.views) options.cameras.push_back({view.name, false, view.camera});
@@ -236,31 +237,63 @@ TEST_CASE("a photograph beside the model is what exposing the model would make o
   CHECK(train::in_scene_exposure(photograph, {}).rgba == photograph.rgba);
 }
 
-TEST_CASE("gains lie bilinearly between the corners, edges and middle of a picture", "[exposure]") {
+TEST_CASE("gains lie bilinearly between the places of a picture, from its corners", "[exposure]") {
   soup::ExposureGrid grid;
-  for (int k = 0; k < 9; ++k) grid[std::size_t(k)] = glm::vec3(k % 3, k / 3, (k % 3) * (k / 3));
-  const std::vector<glm::vec3> gains = train::gains_at_pixels(grid, 8, 4);
-  REQUIRE(gains.size() == 32);
-  for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 8; ++x) {
-      const double u = 2 * (x + 0.5) / 8, v = 2 * (y + 0.5) / 4;
-      const glm::vec3 gain = gains[std::size_t(8 * y + x)];
-      CHECK(gain.x == Approx(u));
-      CHECK(gain.y == Approx(v));
+  for (int k = 0; k < 25; ++k) grid[std::size_t(k)] = glm::vec3(k % 5 * (k % 5), k / 5 * (k / 5), k % 5 * (k / 5));
+  const auto squared = [](double at) {  // linear between the squares of whole numbers
+    const double whole = std::floor(at);
+    return whole * whole + (at - whole) * (2 * whole + 1);
+  };
+  const std::vector<glm::vec3> gains = train::gains_at_pixels(grid, 16, 6);
+  REQUIRE(gains.size() == 96);
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 16; ++x) {
+      const double u = 4 * (x + 0.5) / 16, v = 4 * (y + 0.5) / 6;
+      const glm::vec3 gain = gains[std::size_t(16 * y + x)];
+      CHECK(gain.x == Approx(squared(u)));
+      CHECK(gain.y == Approx(squared(v)));
       CHECK(gain.z == Approx(u * v));
     }
+}
+
+TEST_CASE("models with fewer gains of a photograph are read", "[exposure][model]") {
+  soup::Model model;
+  model.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  model.textures = soup::make_texture_table(1, soup::TextureLevels{0, 0}).entries;
+  model.lattice.assign(std::size_t(soup::samples_at(0)) * soup::kChannels, 7);
+  Training one;
+  one.add(view_at("a", 0), glm::vec3(0));
+  for (std::size_t k = 0; k < 25; ++k) one.gains[0][k] = glm::vec3(0.1f * float(k), 0, 0);
+  model.exposures = train::photograph_exposures(one.views, one.gains);
+  soup::ModelFileOptions options;
+  options.cameras.push_back({"a", false, one.views[0].camera});
+  const auto read_with = [&](const std::string& bytes_of_gains) {
+    const std::vector<std::byte> bytes = soup::encode_model(model, options);
+    std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string length = "\"byteLength\":300";
+    REQUIRE(text.find(length) != std::string::npos);
+    text.replace(text.find(length), length.size(), "\"byteLength\":" + bytes_of_gains);
+    const auto* const first = reinterpret_cast<const std::byte*>(text.data());
+    return soup::decode_model(std::vector<std::byte>(first, first + text.size()), "model").model.exposures[0].gain;
+  };
+  const soup::ExposureGrid nine = read_with("108"), single = read_with(" 12");
+  for (std::size_t k = 0; k < 25; ++k) {  // gain 0.1 k at place k of 3 x 3 is linear along both sides
+    CHECK(nine[k].x == Approx(0.05f * float(k % 5) + 0.15f * float(k / 5)).margin(1e-6));
+    CHECK(single[k].x == 0);
+  }
+  CHECK_THROWS_WITH(read_with(" 24"), Catch::Contains("numbers of exposures and cameras differ"));
 }
 
 TEST_CASE("what lenses and shadows do to parts of a picture is foretold, too", "[exposure]") {
   Training ring;
   const auto gain_of = [](double turn, std::size_t place) {
-    return glm::vec3(place == 4 ? 0.2f : -0.1f) + (place == 7 ? smooth(turn) : glm::vec3(0));
+    return glm::vec3(place == 12 ? 0.2f : -0.1f) + (place == 17 ? smooth(turn) : glm::vec3(0));
   };
   for (int i = 0; i < 40; ++i) {
     ring.add(view_at(std::to_string(i), i / 40.0), glm::vec3(0));
-    for (std::size_t k = 0; k < 9; ++k) ring.gains.back()[k] = gain_of(i / 40.0, k);
+    for (std::size_t k = 0; k < 25; ++k) ring.gains.back()[k] = gain_of(i / 40.0, k);
   }
   const soup::ExposureGrid foretold = ring.exposures().at(view_at("test", 0.3));
-  for (std::size_t k = 0; k < 9; ++k)
+  for (std::size_t k = 0; k < 25; ++k)
     for (int c = 0; c < 3; ++c) CHECK(foretold[k][c] == Approx(gain_of(0.3, k)[c]).margin(0.03));
 }

@@ -44,6 +44,19 @@ bool is_same_camera(const PhotographExposure& a, const PhotographExposure& b) {
   return folder_of(a.name) == folder_of(b.name) && is_same_lens(a, b);
 }
 
+/// The camera of each photograph, from 0: that of the first photograph that it is alike.
+std::vector<std::uint32_t> cameras_of(std::span<const PhotographExposure> photographs) {
+  std::vector<const PhotographExposure*> firsts;
+  std::vector<std::uint32_t> cameras;
+  for (const PhotographExposure& p : photographs) {
+    const auto found =
+        std::find_if(firsts.begin(), firsts.end(), [&](const auto* first) { return is_same_camera(*first, p); });
+    cameras.push_back(static_cast<std::uint32_t>(found - firsts.begin()));
+    if (found == firsts.end()) firsts.push_back(&p);
+  }
+  return cameras;
+}
+
 /// Squared distance of two cameras in units of the spread of positions.
 double apart(const PhotographExposure& a, const PhotographExposure& b, double spread) {
   const glm::dvec3 way = (a.position - b.position) / spread;
@@ -83,6 +96,12 @@ std::vector<PhotographExposure> photograph_exposures(const std::vector<scene::Vi
   return photographs;
 }
 
+std::vector<std::uint32_t> cameras_of(const std::vector<scene::View>& views) {
+  std::vector<PhotographExposure> places;
+  for (const scene::View& view : views) places.push_back(place_of(view));
+  return cameras_of(places);
+}
+
 std::vector<soup::ExposureGrid> gains_of(const soup::Model& model, const std::vector<scene::View>& views) {
   std::map<std::string, soup::ExposureGrid> known;
   for (const PhotographExposure& p : model.exposures) known[p.name] = p.gain;
@@ -102,11 +121,10 @@ ViewExposures::ViewExposures(const soup::Model& model, const scene::Normalisatio
 }
 
 ViewExposures::ViewExposures(std::span<const PhotographExposure> photographs) {
-  for (const PhotographExposure& p : photographs) {
-    const auto same = [&](const Group& g) { return is_same_camera(g.photographs.front(), p); };
-    auto group = std::find_if(groups_.begin(), groups_.end(), same);
-    if (group == groups_.end()) group = groups_.insert(groups_.end(), Group{});
-    group->photographs.push_back(p);
+  const std::vector<std::uint32_t> cameras = cameras_of(photographs);
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    if (cameras[i] == groups_.size()) groups_.emplace_back();
+    groups_[cameras[i]].photographs.push_back(photographs[i]);
   }
   double within = 0;
   for (Group& g : groups_) {

@@ -22,6 +22,9 @@ std::vector<soup::PhotographExposure> photograph_exposures(const std::vector<sce
 /// Gains of the views that a model was trained on, by name; 0 for others. [views]
 std::vector<soup::ExposureGrid> gains_of(const soup::Model& model, const std::vector<scene::View>& views);
 
+/// The camera of each view (ViewExposures), from 0. [views]
+std::vector<std::uint32_t> cameras_of(const std::vector<scene::View>& views);
+
 /// Foretells exposures from those of the training photographs of the same camera: their mean plus a Gaussian process
 /// over position and viewing direction (kriging; Rasmussen and Williams 2006), of the nearest photographs. Its width
 /// and noise are those that foretell the training photographs best, each from the others; there is no such process if

@@ -9,15 +9,19 @@ namespace trisoup::train {
 static_assert(soup::ExposureGrid().size() == EXPOSURE_PLACES);
 
 Exposures allocate_exposures(gpu::Device& gpu, std::uint32_t photographs, std::uint32_t views,
-                             std::span<const soup::ExposureGrid> start) {
+                             std::span<const soup::ExposureGrid> start, std::span<const std::uint32_t> cameras) {
   const std::uint64_t bytes = std::uint64_t(photographs) * EXPOSURE_PLACES * sizeof(glm::vec4),
                       sums = std::uint64_t(views) * EXPOSURE_PLACES * EXPOSURE_SUMS * sizeof(glm::vec4);
   Exposures e{photographs,
               gpu.allocate(bytes, "exposures"),
               gpu.allocate(bytes, "exposures"),
               gpu.allocate(bytes, "exposures"),
+              gpu.allocate(std::uint64_t(photographs) * sizeof(std::uint32_t), "cameras"),
               {gpu.allocate(sums, "exposure sums"), gpu.allocate(sums, "exposure sums")}};
   set_start(gpu, e, start);
+  std::vector<std::uint32_t> took(cameras.begin(), cameras.end());
+  took.resize(photographs);
+  gpu.upload(e.cameras.address(), took);
   clear(gpu, e.sums);
   return e;
 }

@@ -203,7 +203,7 @@ void Step::expose(const StepInputs& inputs) {
         {"measure_exposure"}, groups,
         MeasureExposureArgs{views, hits, colour, target, exposure, low, high, batch.blocks, batch.views, groups, 0});
     gpu_.launch({"fit_exposure"}, 1,
-                FitExposureArgs{views, low, high, e.start.address(), e.fitted.address(), exposure,
+                FitExposureArgs{views, low, high, e.start.address(), e.fitted.address(), exposure, e.cameras.address(),
                                 buffers_.control.address(), batch.views, e.photographs});
     end_kernel();
   }
