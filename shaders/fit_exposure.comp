@@ -12,6 +12,8 @@ ARGUMENTS(FitExposureArgs)
 // Each lane adds up the photographs at one place; kAtOnce lanes share a place.
 const uint kAtOnce = 64u / EXPOSURE_PLACES, kLanes = kAtOnce * EXPOSURE_PLACES;
 // Of each place, then of the lanes that help.
+// A picture's pixels by those that count for one of its inner places.
+const float kPlacesOfPicture = float((EXPOSURE_SIDE - 1u) * (EXPOSURE_SIDE - 1u));
 SHARED vec4 s_all[64];   // of all photographs: sum of gains beyond the start's; number
 SHARED vec4 s_gain[64];  // of a camera's photographs: sum of gains beyond the start's; of variances
 SHARED vec2 s_rest[64];  // of a camera's photographs: sum of squared gains; number
@@ -105,15 +107,18 @@ FN Common common_at(TAKES_ARGUMENTS uint place, uint without) {
 /// is drawn to.
 FN Exposure fit(TAKES_ARGUMENTS uint view, uint place, vec3 prior) {
   vec4 sums[EXPOSURE_SUMS];
+  float pixels = 0.0f;
   UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
   for (uint v = view; v < a.view_count; ++v) {
     if (a.views.v[v].index != a.views.v[view].index) continue;
+    pixels += float(a.views.v[v].width * a.views.v[v].height);
     UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) UNROLL for (uint c = 0u; c < 4u; ++c) {
       const uint at = ((v * EXPOSURE_PLACES + place) * EXPOSURE_SUMS + i) * 4u + c;
       sums[i][c] += from_fixed(a.sums_low.v[at], a.sums_high.v[at]);
     }
   }
-  return fitted_exposure(sums, load_exposure(a.exposure, a.views.v[view].index * EXPOSURE_PLACES + place), prior);
+  return fitted_exposure(sums, load_exposure(a.exposure, a.views.v[view].index * EXPOSURE_PLACES + place), prior,
+                         sums[0].w * 256.0f * kPlacesOfPicture / pixels);
 }
 
 /// Fits the exposures of the batch's photographs by the camera of `view`.
@@ -126,7 +131,7 @@ FN void fit_camera(TAKES_ARGUMENTS uint view, uint lane) {
     Exposure m;
     if (lane < EXPOSURE_PLACES) {
       const Common others = common_at(GIVES_ARGUMENTS lane, photograph);
-      m = fit(GIVES_ARGUMENTS v, lane, start_of(GIVES_ARGUMENTS row) + others.share * others.gain);
+      m = fit(GIVES_ARGUMENTS v, lane, start_of(GIVES_ARGUMENTS row) + others.share * (others.mean + others.gain));
     }
     barrier();
     if (lane < EXPOSURE_PLACES) {
@@ -143,6 +148,7 @@ FN void fit_camera(TAKES_ARGUMENTS uint view, uint lane) {
     const vec3 start = start_of(GIVES_ARGUMENTS row);
     Exposure shrunk = load_exposure(a.fitted, row);
     shrunk.gain = start + c.share * c.gain + c.own_share * (shrunk.gain - start - c.mean - c.gain);
+    shrunk.gain = clamp(shrunk.gain, vec3(-EXPOSURE_MOST), vec3(EXPOSURE_MOST));
     store_exposure(a.exposure, row, shrunk);
   }
   barrier();

@@ -13,13 +13,14 @@
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "common/host.h"
 
 namespace trisoup::soup {
 namespace {
 
 using nlohmann::json;
 
-constexpr float kMostGain = 5;          // of a channel; beyond it hardly anything is left but black or white
+constexpr float kMostGain = EXPOSURE_MOST;
 constexpr std::size_t kPoseFloats = 7;  // quaternion x, y, z, w; translation
 
 /// Rounds to eight decimals, about float precision. More digits would enlarge a small model noticeably.
@@ -162,6 +163,12 @@ void check_cameras(std::span<const ModelCamera> cameras) {
       throw Error("{}: a model cannot store its camera: {}; correct the camera, or remove the photograph",
                   printable(c.name), problem);
   }
+}
+
+scene::Camera as_stored(const scene::Camera& camera) {
+  scene::Camera stored = camera;
+  stored.world_to_camera = read_pose(pose_of(camera).data());
+  return stored;
 }
 
 PhotographExposure exposure_at(std::string name, const scene::Camera& camera) {

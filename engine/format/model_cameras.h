@@ -33,7 +33,7 @@ void check_cameras(std::span<const ModelCamera> cameras);
 /// Encodes cameras. world_to_camera must be a rotation and a translation. It is restored within 1e-7.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 
-/// Gains of exposures in file form, 27 floats per camera, NaN without an exposure of its name; empty if none has
+/// Gains of exposures in file form, 75 floats per camera, NaN without an exposure of its name; empty if none has
 /// one.
 std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::span<const PhotographExposure> exposures);
 
@@ -41,6 +41,9 @@ std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::spa
 /// or too large.
 std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const nlohmann::json& json,
                                                std::span<const ModelCamera> cameras);
+
+/// The camera as it will be read from a file, with its pose rounded.
+scene::Camera as_stored(const scene::Camera& camera);
 
 /// What an exposure says of a camera besides its gain.
 PhotographExposure exposure_at(std::string name, const scene::Camera& camera);

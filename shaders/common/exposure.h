@@ -15,6 +15,9 @@ struct Exposure {
 #define EXPOSURE_SIDE 5u
 #define EXPOSURE_PLACES 25u
 
+/// A gain is at most this, either way: beyond, colours are black or white.
+#define EXPOSURE_MOST 5.0f
+
 /// The first corner of the square of places around a point of the picture, 0..1 each.
 FN uint exposure_square(real x, real y) {
   const real squares = real(EXPOSURE_SIDE - 1u), last = real(EXPOSURE_SIDE - 2u);
@@ -75,9 +78,11 @@ FN void add_to_exposure(vec3 c, vec3 photograph, IN(Exposure) so_far, INOUT_ARRA
 /// The exposure that per channel minimises the mean of w e^2 to first order around so_far, plus pull (gain - start)^2.
 /// pull is 0.625 times the mean squared error so far: a prior of 0.4 on gains if a photograph had as much information
 /// as ten independent pixels. Rendering errors are correlated over large parts of a picture, hence the small number.
-FN Exposure fitted_exposure(IN_ARRAY_OF(vec4, sums, EXPOSURE_SUMS), IN(Exposure) so_far, vec3 start) {
+/// seen: weights of the pixels, as a share of a place's pixels. Below 0.01 the prior is stronger.
+FN Exposure fitted_exposure(IN_ARRAY_OF(vec4, sums, EXPOSURE_SUMS), IN(Exposure) so_far, vec3 start, real seen) {
   const real inverse = real(1) / max(sums[0].w, real(1e-6)), error = inverse * sums[1].w;
-  const real pull = real(0.625) * error + real(1e-5);
+  const real hardly = clamp(real(0.01) / max(seen, real(1e-6)), real(1), real(100)),
+             pull = hardly * (real(0.625) * error + real(1e-5));
   const vec3 jj = inverse * vec3(sums[0]) + pull;
   Exposure m;
   m.gain = so_far.gain - (inverse * vec3(sums[1]) + pull * (so_far.gain - start)) / jj;

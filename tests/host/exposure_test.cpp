@@ -27,7 +27,7 @@ f64::Exposure fit(const std::vector<Pixel>& pixels, int times, const glm::dvec3&
   for (int i = 0; i < times; ++i) {
     glm::dvec4 sums[EXPOSURE_SUMS]{};
     for (const Pixel& p : pixels) f64::add_to_exposure(p.colour, p.photograph, m, sums);
-    m = f64::fitted_exposure(sums, m, start);
+    m = f64::fitted_exposure(sums, m, start, 1);
   }
   return m;
 }
@@ -85,7 +85,8 @@ TEST_CASE("exposure: without sufficient data the fit is the start or near it", "
   CHECK(fit({}, 3, start).gain == start);
   // Saturated photographs give only a bound.
   CHECK(fit({{glm::dvec3(0.7), glm::dvec3(0.5, 0.5, 1)}, {glm::dvec3(0.7), glm::dvec3(0, 0.5, 0.5)}}, 3).gain ==
-        glm::dvec3(0));
+            glm::dvec3(0),
+        1);
   // A rendering that explains little of the photograph has little effect.
   soup::Random r(3);
   std::vector<Pixel> noise;
@@ -100,9 +101,12 @@ TEST_CASE("exposure: float and double agree", "[exposure]") {
   glm::vec4 sums_float[EXPOSURE_SUMS]{};
   for (const Pixel& p : pixels) f64::add_to_exposure(p.colour, p.photograph, kTinted, sums);
   for (int i = 0; i < EXPOSURE_SUMS; ++i) sums_float[i] = glm::vec4(sums[i]);
-  const f64::Exposure m = f64::fitted_exposure(sums, kTinted, glm::dvec3(0));
-  const f32::Exposure n = f32::fitted_exposure(sums_float, {glm::vec3(kTinted.gain), 0}, glm::vec3(0));
+  const f64::Exposure m = f64::fitted_exposure(sums, kTinted, glm::dvec3(0), 1);
+  const f32::Exposure n = f32::fitted_exposure(sums_float, {glm::vec3(kTinted.gain), 0}, glm::vec3(0), 1);
   for (int k = 0; k < 3; ++k) CHECK(n.gain[k] == Approx(m.gain[k]).margin(1e-4));
+  // Where hardly a pixel is seen, the prior counts for more.
+  const f64::Exposure hardly = f64::fitted_exposure(sums, kTinted, glm::dvec3(0), 1e-4);
+  CHECK(glm::length(hardly.gain) < 0.9 * glm::length(m.gain));
 }
 
 TEST_CASE("exposure: differences are shrunk according to the errors of the fits", "[exposure]") {

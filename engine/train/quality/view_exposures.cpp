@@ -90,7 +90,8 @@ std::vector<PhotographExposure> photograph_exposures(const std::vector<scene::Vi
   if (std::all_of(gains.begin(), gains.end(), [](const soup::ExposureGrid& g) { return g == soup::ExposureGrid(); }))
     return photographs;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    photographs.push_back(place_of(views[v]));
+    // Soup-eval, which knows the model's file alone, must foretell the same.
+    photographs.push_back(soup::exposure_at(utf8(views[v].name), soup::as_stored(views[v].camera)));
     photographs.back().gain = gains[v];
   }
   return photographs;
