@@ -11,9 +11,9 @@ ARGUMENTS(FitExposureArgs)
 
 // Each lane adds up the photographs at one place; kAtOnce lanes share a place.
 const uint kAtOnce = 64u / EXPOSURE_PLACES, kLanes = kAtOnce * EXPOSURE_PLACES;
-// Of each place, then of the lanes that help.
 // A picture's pixels by those that count for one of its inner places.
 const float kPlacesOfPicture = float((EXPOSURE_SIDE - 1u) * (EXPOSURE_SIDE - 1u));
+// Of each place, then of the lanes that help.
 SHARED vec4 s_all[64];   // of all photographs: sum of gains beyond the start's; number
 SHARED vec4 s_gain[64];  // of a camera's photographs: sum of gains beyond the start's; of variances
 SHARED vec2 s_rest[64];  // of a camera's photographs: sum of squared gains; number
@@ -35,13 +35,19 @@ FN bool is_first_of_camera(TAKES_ARGUMENTS uint view) {
   return true;
 }
 
+/// The gain of a row beyond the start's, and its variance.
+FN vec4 beyond_start(TAKES_ARGUMENTS uint row) {
+  const Exposure m = load_exposure(a.fitted, row);
+  return vec4(m.gain - start_of(GIVES_ARGUMENTS row), m.variance);
+}
+
 /// Adds `weight` times a row to the sums of a lane.
 FN void add_row(TAKES_ARGUMENTS uint row, float weight, bool of_camera, uint lane) {
-  const Exposure m = load_exposure(a.fitted, row);
-  const vec3 beyond = m.gain - start_of(GIVES_ARGUMENTS row);
+  const vec4 gain = beyond_start(GIVES_ARGUMENTS row);
+  const vec3 beyond = vec3(gain);
   s_all[lane] += weight * vec4(beyond, 1.0f);
   if (!of_camera) return;
-  s_gain[lane] += weight * vec4(beyond, m.variance);
+  s_gain[lane] += weight * gain;
   s_rest[lane] += weight * vec2(dot(beyond, beyond), 1.0f);
 }
 
@@ -81,10 +87,9 @@ FN Common common_at(TAKES_ARGUMENTS uint place, uint without) {
     vec4 gain = s_gain[k];
     vec2 rest = s_rest[k];
     if (without != ~0u) {
-      const Exposure m = load_exposure(a.fitted, without * EXPOSURE_PLACES + k);
-      const vec3 beyond = m.gain - start_of(GIVES_ARGUMENTS without * EXPOSURE_PLACES + k);
-      gain -= vec4(beyond, m.variance);
-      rest -= vec2(dot(beyond, beyond), 1.0f);
+      const vec4 its = beyond_start(GIVES_ARGUMENTS without * EXPOSURE_PLACES + k);
+      gain -= its;
+      rest -= vec2(dot(vec3(its), vec3(its)), 1.0f);
     }
     photographs = rest.y;
     const vec3 here = vec3(gain) / max(photographs, 1.0f);
@@ -141,10 +146,10 @@ FN void fit_camera(TAKES_ARGUMENTS uint view, uint lane) {
     }
     barrier();
   }
+  const Common c = common_at(GIVES_ARGUMENTS lane, ~0u);
   for (uint v = view; v < a.view_count; ++v) {
     const uint photograph = a.views.v[v].index, row = photograph * EXPOSURE_PLACES + lane;
     if (a.cameras.v[photograph] != camera || lane >= EXPOSURE_PLACES) continue;
-    const Common c = common_at(GIVES_ARGUMENTS lane, ~0u);
     const vec3 start = start_of(GIVES_ARGUMENTS row);
     Exposure shrunk = load_exposure(a.fitted, row);
     shrunk.gain = start + c.share * c.gain + c.own_share * (shrunk.gain - start - c.mean - c.gain);

@@ -122,6 +122,21 @@ std::vector<ModelCamera> read_table(const ModelParts& parts, const json& table) 
   return cameras;
 }
 
+/// Gains of side x side places at those of a grid. Earlier models have one place or 3 x 3.
+ExposureGrid resampled(std::span<const glm::vec3> gains, std::size_t side) {
+  ExposureGrid grid;
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    const double along = double(side - 1) / double(EXPOSURE_SIDE - 1), x = along * double(k % EXPOSURE_SIDE),
+                 y = along * double(k / EXPOSURE_SIDE);
+    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y),
+                      x1 = std::min(x0 + 1, side - 1), y1 = std::min(y0 + 1, side - 1);
+    const auto right = static_cast<float>(x - double(x0)), below = static_cast<float>(y - double(y0));
+    grid[k] = glm::mix(glm::mix(gains[y0 * side + x0], gains[y0 * side + x1], right),
+                       glm::mix(gains[y1 * side + x0], gains[y1 * side + x1], right), below);
+  }
+  return grid;
+}
+
 }  // namespace
 
 CodedCameras code_cameras(std::span<const ModelCamera> cameras) {
@@ -197,22 +212,6 @@ std::vector<float> code_exposures(std::span<const ModelCamera> cameras, std::spa
   }
   if (!any) gains.clear();
   return gains;
-}
-
-/// Gains of side x side places at those of a grid. Earlier models have one place or 3 x 3.
-ExposureGrid resampled(std::span<const glm::vec3> gains, std::size_t side) {
-  ExposureGrid grid;
-  const std::size_t places = static_cast<std::size_t>(std::lround(std::sqrt(double(grid.size()))));
-  for (std::size_t k = 0; k < grid.size(); ++k) {
-    const double along = double(side - 1) / double(places - 1), x = along * double(k % places),
-                 y = along * double(k / places);
-    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y),
-                      x1 = std::min(x0 + 1, side - 1), y1 = std::min(y0 + 1, side - 1);
-    const auto right = static_cast<float>(x - double(x0)), below = static_cast<float>(y - double(y0));
-    grid[k] = glm::mix(glm::mix(gains[y0 * side + x0], gains[y0 * side + x1], right),
-                       glm::mix(gains[y1 * side + x0], gains[y1 * side + x1], right), below);
-  }
-  return grid;
 }
 
 std::vector<PhotographExposure> read_exposures(const ModelParts& parts, const json& json,

@@ -12,7 +12,7 @@
 
 namespace trisoup::train {
 
-inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 7";
+inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 8";
 
 struct CheckpointInfo {
   std::uint64_t step = 0;
